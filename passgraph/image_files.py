@@ -13,13 +13,15 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from passgraph.color_tags import SRGB
+from passgraph.color_tags import LINEAR, SRGB
 from passgraph.errors import InputError
+from passgraph.gain_map import HDR, GainMapFile, base_picture, declares_gain_map, gain_map_of
 from passgraph.image_formats import EXPECTED, READABLE, Metadata, Pixels, WritableFormat
 from passgraph.misread import mending_of
 
@@ -33,6 +35,7 @@ MAX_BYTES = 1 << 32
 _DECODED_WHEN_OPENED = (b"GIF8", b"\0\0\0\x0c", b"\xff\x4f\xff\x51", b"\xff\x0a")
 #: JPEG XL with and without its container, and the number of bytes by which OpenImageIO recognizes it.
 _JPEG_XL, _RECOGNIZED_BYTES = (b"\0\0\0\x0cJXL ", b"\xff\x0a"), 128
+_JPEG = b"\xff\xd8\xff"
 #: First bytes of files of the common formats.
 _SIGNATURES = (
     b"\x89PNG",
@@ -54,7 +57,7 @@ _TYPES = {"uint8": np.uint8, "uint16": np.uint16, "half": np.float16, "float": n
 #: Metadata about the source file, not the picture.
 _OF_THE_FILE = (
     "oiio:", "jpeg:", "png:", "tiff:", "openexr:", "dpx:", "webp:", "bmp:", "gif:", "targa:", "pnm:", "psd:", "dds:",
-    "compression", "planarconfig", "thumbnail", "ICCProfile:", "screenWindow", "colorInteropID",
+    "hdrgm:", "Container:", "compression", "planarconfig", "thumbnail", "ICCProfile:", "screenWindow", "colorInteropID",
     "Exif:ColorSpace", "Exif:YCbCrPositioning", "textureformat", "wrapmodes", "worldto", "name", "view", "chunkCount",
 )  # fmt: skip
 #: Formats whose files state a color space other than by a profile.
@@ -218,8 +221,11 @@ class ImageFile:
         """Return (height, width, channels) as stored, in the display window; pixels outside the data window are 0."""
         if self._mending.decode is not None:
             return self._mending.decode()[..., self.order]
+        return self._read_as(self.dtype)
+
+    def _read_as(self, dtype: np.dtype[Any]) -> Pixels:
         spec, first, last = self.spec, min(self.order), max(self.order)
-        kind = {"uint8": "uint8", "uint16": "uint16", "float16": "half", "float32": "float"}[self.dtype.name]
+        kind = {"uint8": "uint8", "uint16": "uint16", "float16": "half", "float32": "float"}[dtype.name]
         pixels: Any = self.input.read_image(self.subimage, 0, first, last + 1, kind)
         problem = error_of(self.input) or error_of(self._oiio)
         # Cameras write extra bytes between markers; the picture is complete nevertheless.
@@ -348,14 +354,63 @@ if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_SIZE_LIMIT.__init__)  # type: ignore[misc]
 
 
-def _padded(file: Path, data: bytes | None) -> bytes | None:
-    """Lengthen tiny JPEG XL files, which OpenImageIO 3.2 does not recognize; zeros behind a picture are ignored."""
-    if data is None:
-        with file.open("rb") as stream:
-            head = stream.read(_RECOGNIZED_BYTES)
-    else:
-        head = data[:_RECOGNIZED_BYTES]
-    return head.ljust(_RECOGNIZED_BYTES, b"\0") if head.startswith(_JPEG_XL) and len(head) < _RECOGNIZED_BYTES else data
+class HdrRendition(ImageFile):
+    """The HDR rendition of a JPEG file with a gain map: linear light as float32, where 1 is white of the base picture.
+
+    Its metadata states the ``hdrHeadroom``: the brightest white, relative to that of the base picture.
+    """
+
+    def __init__(self, file: Path, name: str, parts: GainMapFile, max_bytes: int) -> None:
+        super().__init__(file, name, None, max_bytes)
+        self._parts, self._max_bytes = parts, max_bytes
+        with opened_image(file, parts.gains, max_bytes=max_bytes) as gains:
+            columns, rows, held = gains.width, gains.height, gains.held
+        if rows * columns > max(self.width * self.height, 1):
+            raise self.corrupt(f"a gain map of {columns}×{rows} pixels for {self.width}×{self.height}")
+        # The base picture, the map in bands, and both converted to floats.
+        self.dtype, self.held = np.dtype(np.float32), self.held + 2 * held + 32 * self.width * self.height
+        self.order = [0, 0, 0] if self.channels == 1 else self.order
+        self.channels = 3
+
+    def read(self) -> Pixels:
+        """Return linear light (height, width, 3)."""
+        base = self._read_as(np.dtype(np.uint8))
+        with opened_image(self._file, self._parts.gains, max_bytes=self._max_bytes) as gains:
+            return self._parts.gain.applied(base, gains.read())
+
+    def metadata(self) -> Metadata:
+        """Return the metadata of the base picture, but for its color encoding; and ``hdrHeadroom``."""
+        metadata = super().metadata()
+        kept = tuple(entry for entry in metadata.entries if entry[0] != "ICCProfile")
+        # A profile's primaries have no name here.
+        space = "" if metadata.profile else LINEAR
+        entries = (*kept, ("hdrHeadroom", "float", 2.0**self._parts.gain.headroom))
+        return replace(metadata, entries=entries, space=space)
+
+
+def _as_decoded(file: Path, data: bytes | None, layer: str | None) -> tuple[bytes | None, GainMapFile | None]:
+    """Return the bytes for OpenImageIO in place of a file's content, None for as they are; and the parts of ``:hdr``.
+
+    Tiny JPEG XL files are lengthened, since OpenImageIO 3.2 does not recognize them; zeros behind a picture are
+    ignored. Of a JPEG with a gain map it gets the base picture alone: it would return the HDR rendition, as half floats
+    that it calls sRGB, and no option turns that off (3.2.2, jpeginput.cpp).
+    """
+    with file.open("rb") if data is None else BytesIO(data) as stream:
+        head = stream.read(_RECOGNIZED_BYTES)
+        if head.startswith(_JPEG_XL) and len(head) < _RECOGNIZED_BYTES:
+            return head.ljust(_RECOGNIZED_BYTES, b"\0"), None
+        stream.seek(0)
+        if not head.startswith(_JPEG) or not declares_gain_map(stream):
+            return data, None
+        stream.seek(0)
+        content = stream.read()
+    if layer != HDR:
+        return base_picture(content), None
+    try:
+        parts = gain_map_of(content)
+    except ValueError as error:
+        raise InputError(f"{file}:{HDR}: {error}; read {file} without :{HDR}") from error
+    return parts.base, parts
 
 
 @contextmanager
@@ -363,8 +418,9 @@ def opened_image(
     file: Path, data: bytes | None = None, layer: str | None = None, max_bytes: int = MAX_BYTES
 ) -> Iterator[ImageFile]:
     """Open an `ImageFile`, closed at the end; ``data`` is the file's content if it is not on disk."""
-    with name_of(file, _padded(file, data)) as name:
-        image = ImageFile(file, name, layer, max_bytes)
+    content, parts = _as_decoded(file, data, layer)
+    with name_of(file, content) as name:
+        image = ImageFile(file, name, layer, max_bytes) if parts is None else HdrRendition(file, name, parts, max_bytes)
         try:
             yield image
         finally:

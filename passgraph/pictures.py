@@ -40,8 +40,8 @@ MOST_BYTES = 1 << 52
 BYTES_PER_PIXEL = 16
 #: Pixels converted at a time, so that temporaries stay small.
 _PIXELS_AT_ONCE = 1 << 16
-#: `shot.exr:diffuse`: a layer of a file.
-_LAYER = re.compile(r"(.+\.exr):([^/\\]+)", re.IGNORECASE | re.DOTALL)
+#: `shot.exr:diffuse`: a layer of a file; `photo.jpg:hdr`: the HDR rendition of one with a gain map.
+_LAYER = re.compile(r"(.+\.(?:exr|jpe?g)):([^/\\]+)", re.IGNORECASE | re.DOTALL)
 #: Encodings other than sRGB, by OpenImageIO's names.
 _LOG = ("kodaklog", "cineon", "adx10")
 
@@ -55,8 +55,9 @@ def load(
     ----------
     path : PNG, JPEG, TIFF, OpenEXR, WebP, BMP, GIF, TGA, HDR, PNM, PFM, DPX, Cineon, JPEG XL, JPEG 2000, PSD, DDS or
         npy. EXIF orientation is applied. Of several pictures in a file the first is read. ``shot.exr:diffuse`` reads a
-        layer of an OpenEXR file.
-    layer : a layer, part or channel of an OpenEXR file, such as ``"diffuse"``, ``"N"`` or ``"Z"``.
+        layer of an OpenEXR file; ``photo.jpg:hdr`` the HDR rendition of a JPEG with a gain map (Ultra HDR), in linear
+        light, where 1 is white of the picture that is read without ``:hdr``.
+    layer : a layer, part or channel of an OpenEXR file, such as ``"diffuse"``, ``"N"`` or ``"Z"``; or ``"hdr"``.
     max_bytes : memory limit, checked against the header before anything is allocated: 16 bytes per pixel for the
         result, the decoder's memory (1 to 48 bytes per pixel), and the file itself.
     linear : decode the colors (not alpha) of integer formats from sRGB to linear light.

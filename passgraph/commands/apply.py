@@ -178,7 +178,11 @@ def command_of(effect: Effect) -> click.Command:
         help="Compute frames on the workers of a dask scheduler, such as tcp://host:8786.",
     )
     @click.option("--resume", is_flag=True, help="Skip outputs that are complete and newer than their input.")
-    @click.option("--layer", metavar="NAME", help="Layer of OpenEXR files, as in INPUT:NAME.")
+    @click.option(
+        "--layer",
+        metavar="NAME",
+        help="Layer of OpenEXR files, as in INPUT:NAME; or hdr: of JPEG files with a gain map.",
+    )
     @click.option(
         "--raw", metavar="WxH:LAYOUT@RATE", help="Format of raw pixels in streams (-), such as 640x480:rgb24@25."
     )

@@ -37,6 +37,7 @@ from passgraph.files.pipe import Pipe, Raw, ToPipe
 from passgraph.files.sequences import Pictures, Repeated, Still, ToPictures
 from passgraph.files.video import INTERLACED, Video
 from passgraph.files.video_sink import ToVideo
+from passgraph.gain_map import HDR
 from passgraph.image_formats import WRITABLE
 from passgraph.pictures import check_holds_bits, in_layer, split_layer
 from passgraph.reading import check_regular
@@ -151,17 +152,20 @@ def sources_of(inputs: Iterable[str], raw: Raw | None, broken: list[str]) -> Ite
 
 
 def inputs_in_layer(inputs: tuple[str, ...], layer: str | None) -> tuple[str, ...]:
-    """Return INPUT… with the layer of ``--layer``, as in shot.exr:diffuse; folders become their OpenEXR files.
+    """Return INPUT… with the layer of ``--layer``, as in shot.exr:diffuse; folders become their files with layers.
 
     >>> inputs_in_layer(("shot.%04d.exr",), "diffuse")
     ('shot.%04d.exr:diffuse',)
     """
     if layer is None:
         return inputs
-    files = [os.path.join(escape(text), "*.exr") if Path(text).is_dir() else text for text in inputs]
+    names = "*.jpg" if layer == HDR else "*.exr"
+    files = [os.path.join(escape(text), names) if Path(text).is_dir() else text for text in inputs]
     for file in files:
         if split_layer(Path(f"{file}:{layer}"))[1] != layer:
-            raise InputError(f"--layer {layer}: is for OpenEXR files (.exr), got {file}; leave it out")
+            raise InputError(
+                f"--layer {layer}: is for OpenEXR files (.exr), and hdr for JPEG files (.jpg), got {file}; leave it out"
+            )
     return tuple(f"{file}:{layer}" for file in files)
 
 

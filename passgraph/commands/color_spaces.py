@@ -15,6 +15,7 @@ from passgraph.commands.written_files import FLOAT_SUFFIXES
 from passgraph.effects.checked import Alpha
 from passgraph.effects.effect_table import Effect
 from passgraph.errors import InputError
+from passgraph.gain_map import HDR
 from passgraph.graph.targets import Target
 from passgraph.pictures import split_layer
 from passgraph.signatures import wraps
@@ -59,8 +60,8 @@ def take_color_spaces(effect: Effect, inputs: tuple[str, ...], output: str, opti
             raise InputError("--color-config goes with --from-space or --to-space")
         return with_straight_alpha(effect, alpha, options["linear"] and not _holds_floats(output, inputs))
     if source is None:
-        file, _ = split_layer(Path(inputs[0]))
-        source = LINEAR if file.suffix.lower() in FLOAT_SUFFIXES else ENCODED
+        file, layer = split_layer(Path(inputs[0]))
+        source = LINEAR if file.suffix.lower() in FLOAT_SUFFIXES or layer == HDR else ENCODED
     options["linear"] = False
     return _converted(effect, alpha, source=source, result=result or source, config=config)
 

@@ -111,7 +111,10 @@ def test_resume_knows_files_of_layers(shots: dict[int, dict[str, Any]], capsys: 
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("photo.png", "--layer", "diffuse"), "--layer diffuse: is for OpenEXR files (.exr), got photo.png"),
+        (
+            ("photo.png", "--layer", "diffuse"),
+            "--layer diffuse: is for OpenEXR files (.exr), and hdr for JPEG files (.jpg), got photo.png",
+        ),
         (("shot.0001.exr", "--layer", "spec"), "no layer 'spec'; it has Z, diffuse, forward"),
     ],
 )
