@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
 from math import nan, sqrt
@@ -44,23 +44,30 @@ def ssim_map(got: Picture, true: Picture, span: float = 1.0) -> Picture | None:
     return np.asarray(each if axis is None else each.mean(axis=2))
 
 
-def flip_map(got: Picture, true: Picture) -> Picture:
+def flip_map(got: Picture, true: Picture) -> Picture | None:
     """Return the perceived difference of each pixel on a display, 0 is equal; pictures are (h, w, 3), sRGB, 0 to 1.
+
+    None if flip-evaluator is not installed (the ``flip`` extra).
 
     Source: P. Andersson et al., "FLIP: A Difference Evaluator for Alternating Images", 2020.
     """
-    import flip_evaluator
+    try:
+        import flip_evaluator
+    except ImportError:
+        return None
 
     each, _, _ = flip_evaluator.evaluate(true, got, "LDR", applyMagma=False, computeMeanError=False)
     return np.asarray(each)[:, :, 0]
 
 
-def check_installed() -> None:
-    """Raise InputError if a package for the metrics is missing."""
-    needed = ("skimage", "flip_evaluator", "matplotlib")
+def check_installed(say: Callable[[str], None]) -> None:
+    """Raise InputError if a package for the metrics is missing; ``say`` gets a line about an optional one."""
+    needed = ("skimage", "matplotlib")
     missing = [name for name in needed if find_spec(name) is None]
     if missing:
         raise InputError(f"bench needs {', '.join(missing)}; run: pip install 'passgraph[bench]'")
+    if find_spec("flip_evaluator") is None:
+        say("FLIP is not measured (nan); flip-evaluator is not installed; run: pip install 'passgraph[flip]'")
 
 
 #: Share of the light beyond which a hidden pixel is falsely lit, or one in full view falsely dark.
@@ -76,7 +83,8 @@ class Errors:
     rmse : over all of them
     penumbra_rmse : over those with a true share of 0.01 to 0.99; NaN if there are none
     ssim : structural similarity, 1 is equal: Z. Wang et al., "Image Quality Assessment", 2004
-    flip : mean of FLIP, 0 is equal: P. Andersson et al., "FLIP: A Difference Evaluator for Alternating Images", 2020
+    flip : mean of FLIP, 0 is equal: P. Andersson et al., "FLIP: A Difference Evaluator for Alternating Images", 2020.
+        NaN without the ``flip`` extra
     false_lit : share of pixels without light (at most 0.01 of it) that show more than 0.1
     false_dark : share of pixels in full light (at least 0.99) that show less than 0.9
     """

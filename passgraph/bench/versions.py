@@ -31,7 +31,7 @@ class Difference:
     ----------
     rmse, largest : over all channels' values; NaN and infinite if a value is not finite in one picture only
     ssim : structural similarity, mean over pixels and channels, 1 is equal; NaN for pictures under 11 pixels
-    flip : mean of FLIP, 0 is equal, of the pictures as an 8-bit file shows them
+    flip : mean of FLIP, 0 is equal, of the pictures as an 8-bit file shows them; NaN without the ``flip`` extra
     """
 
     rmse: float
@@ -146,11 +146,12 @@ def difference(got: Picture, true: Picture) -> Difference:
     known = all(np.isfinite(picture).all() for picture in colours)
     span = float(np.ptp(colours[1])) if known else 1.0
     similar = ssim_map(colours[0], colours[1], span or 1.0) if known else None
+    seen = flip_map(_shown(got), _shown(true))
     return Difference(
         rmse=sqrt(float(np.mean(off**2))) if finite else nan,
         largest=float(np.abs(off).max()) if finite else inf,
         ssim=nan if similar is None else float(similar.mean()),
-        flip=float(flip_map(_shown(got), _shown(true)).mean()),
+        flip=nan if seen is None else float(seen.mean()),
     )
 
 

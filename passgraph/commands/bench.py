@@ -180,7 +180,7 @@ def bench(
     if listed:
         _list()
         return
-    check_installed()
+    check_installed(lambda line: click.echo(f"passgraph: warning: {line}", err=True))
     if not any(source.endswith(".py") for source in sources):
         check_unused({"--exact": exact, "--input": inputs}, "is for a file of your own, FILE.py")
         _bench_shadows(sources, output, backends, methods, map_sizes, size, frames, quick)

@@ -152,7 +152,7 @@ def flip_map(results: Mapping[str, pg.Result]) -> tuple[NDArray[np.uint8], float
     try:
         from flip_evaluator import evaluate
     except ImportError:
-        raise InputError("the FLIP map needs flip-evaluator: pip install 'passgraph[view]'") from None
+        raise InputError("the FLIP map needs flip-evaluator; run: pip install 'passgraph[flip]'") from None
     first, second = (results[slot]["shown"][:, :, :3].astype(np.float32) / 255.0 for slot in "ab")
     colored, mean, _ = evaluate(second, first, "LDR")
     return np.round(255.0 * np.clip(colored, 0.0, 1.0)).astype(np.uint8), float(mean)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import queue
+import sys
 import threading
 from base64 import b64decode
 from fractions import Fraction
@@ -221,6 +222,18 @@ def test_a_picture_is_compared_with(tmp_path: Path) -> None:
         pg.save(tmp_path / "small.png", np.zeros((2, 2, 3), np.uint8))
         watched.session.compare_with(tmp_path / "small.png")
         assert "is 2x2, and the target is 8x4" in watched.until(lambda one: one.facts["error"]).facts["error"]
+
+
+def test_a_map_without_its_package_names_the_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "flip_evaluator", None)
+    effect, picture = files(tmp_path)
+    with Watched(str(effect), str(picture)) as watched:
+        watched.session.compare_with(picture)
+        watched.session.ask(compare="flip", other="file")
+        error = watched.until(lambda one: one.facts["error"]).facts["error"]
+        assert "the FLIP map needs flip-evaluator; run: pip install 'passgraph[flip]'" in error
+        watched.session.ask(compare="difference", other="file")
+        watched.until(lambda one: "difference" in one.pictures and not one.facts["error"])
 
 
 def test_differences_that_are_seen_are_mapped(tmp_path: Path) -> None:
