@@ -107,6 +107,7 @@ class OpenCLPrinter(CLike):
         self.inner = inner
         self.prefix = prefix  # prefix of tables, so that two programs fit into one source
         self.indices = 0
+        self.origins: dict[tuple[str, str], str] = {}  # type and index of this pixel in an image → its variable
 
     def float_from_bits(self, bits: int) -> str:
         return f"as_float({self.int_literal(bits)})"
@@ -123,12 +124,25 @@ class OpenCLPrinter(CLike):
             return str(self.images[image][1].size[int(axis)])
         return self.builtins[name]
 
+    def variables(self) -> None:
+        """Declare the variables, and the index of this pixel in each image with fixed offsets."""
+        super().variables()
+        for load in s.walk(self.program.body):
+            if isinstance(load, s.LoadTexel) and self._is_fixed(load):
+                place = self._origin(load)
+                if place not in self.origins:
+                    self.origins[place] = f"p{len(self.origins)}"
+                    self.line(f"{place[0]} {self.origins[place]} = {place[1]};")
+
     def texel(self, load: s.LoadTexel) -> None:
+        if self._is_fixed(load):
+            self._fixed_texel(load)
+            return
         buffer, layout = self.images[load.image]
         x, y = self.operand(load.x), self.operand(load.y)
         if load.relative:
             x, y = (self._moved(load, axis, layout) for axis in (0, 1))
-        inside = load.relative and (self.inner or self._here(load))
+        inside = load.relative and self.inner
         self.indices += 1
         index, here = f"i{self.indices}", f"h{self.indices}"
         width, height = layout.size
@@ -146,6 +160,31 @@ class OpenCLPrinter(CLike):
                 texel = f"({here} ? {texel} : 0.0f)"
             self.value(value, texel)
 
+    def _is_fixed(self, load: s.LoadTexel) -> bool:
+        """Return True if a read is at a fixed distance in memory: inside, at a constant offset."""
+        offsets = [offset.value for offset in (load.x, load.y) if isinstance(offset, s.Lit)]
+        return load.relative and (offsets == [0, 0] or (self.inner and len(offsets) == 2))
+
+    def _origin(self, load: s.LoadTexel) -> tuple[str, str]:
+        """Return type and expression of this pixel's index in an image."""
+        layout = self.images[load.image][1]
+        return layout.index_type, layout.place("x", "y")
+
+    def _fixed_texel(self, load: s.LoadTexel) -> None:
+        """Read at a number from this pixel's index.
+
+        PoCL 6 (LLVM 18) does not see that texels are adjacent where each index is computed from column and row; a blur
+        then takes two to nine times as long.
+        """
+        buffer, layout = self.images[load.image]
+        origin = self.origins[self._origin(load)]
+        for channel, value in enumerate(load.to):
+            if value is not None:
+                assert isinstance(load.x, s.Lit) and isinstance(load.y, s.Lit)
+                distance = layout.distance(int(load.x.value), int(load.y.value)) + layout.channel(channel)
+                index = f"{origin} {'+' if distance > 0 else '-'} {abs(distance)}" if distance else origin
+                self.value(value, load_expression(layout.format, buffer, index))
+
     def _moved(self, load: s.LoadTexel, axis: int, layout: ImageLayout) -> str:
         """Return the column or row of a relative read; the sum cannot overflow int, and finds the same texel."""
         name, offset, count = "xy"[axis], (load.x, load.y)[axis], layout.size[axis]
@@ -159,10 +198,6 @@ class OpenCLPrinter(CLike):
             period = BORDERS[load.border].period.replace("size", str(count))
             moved = f"pg_int_mod({moved}, {period})" if period else f"clamp({moved}, -{2 * count}, {2 * count})"
         return f"({name} + {moved})"
-
-    @staticmethod
-    def _here(load: s.LoadTexel) -> bool:
-        return all(isinstance(offset, s.Lit) and offset.value == 0 for offset in (load.x, load.y))
 
     @staticmethod
     def _bordered(border: str, position: str, count: int) -> str:

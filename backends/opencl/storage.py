@@ -105,6 +105,11 @@ class ImageLayout:
         first, row, pixel = self.placement.first, self.placement.row, self.placement.pixel
         return f"({type_}){y} * {row} + ({type_}){x} * {pixel} + {first}"
 
+    def distance(self, x: int, y: int) -> int:
+        """Return the distance of the index of a pixel from that of another, ``x`` columns and ``y`` rows before it."""
+        placement = self.placement or tight(self.channels, self.size[0])
+        return y * placement.row + x * placement.pixel
+
     def channel(self, number: int) -> int:
         """Return the offset of a channel in its pixel."""
         return number if self.placement is None else self.placement.channels[number]

@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 import passgraph as pg
 from passgraph import vec3
 from passgraph.backends.opencl import OpenCLBackend
-from passgraph.backends.opencl.pixel import GROUP, inner_block, run_of
+from passgraph.backends.opencl.pixel import GROUP, inner_block, pixel_source, run_of
+from passgraph.backends.opencl.storage import ImageLayout, Placement
+from passgraph.formats import FORMATS
 from passgraph.language.lower import Facts, ImageFacts, lower
 from tests.conftest import require
 
@@ -369,3 +371,18 @@ def test_runs_cover_rows_of_any_width_and_little_twice() -> None:
         items = -(-width // run)
         assert run % 16 == 0 and GROUP // 2 <= run <= GROUP
         assert (items - 1) * run < width and items * run - width < 16 * items
+
+
+@pytest.mark.parametrize(
+    ("placement", "row", "pixel"), [(None, 300 * 4, 4), (Placement(5 * 1600, -1600, 5, (1, 2, 3, 0)), -1600, 5)]
+)
+def test_neighbors_are_at_a_fixed_distance_in_memory(placement: Placement | None, row: int, pixel: int) -> None:
+    """Compilers then see that the texels of neighboring pixels are adjacent, also where rows are bottom up."""
+    kernel = pg.kernel(source="def three(c: Image) -> vec4: return c[0, 0] + c[-2, 1] + c[3, 0]")
+    program = lower(kernel.program, Facts(images={"c": ImageFacts(4)}))
+    image, target = (ImageLayout(FORMATS["rgba16f"], (300, 9), where) for where in (placement, None))
+    text = pixel_source(program, [("c", image)], [target], True, 64, inner_block(program, (300, 9), 64)).text
+    inner = text[text.index("void pg_inner") : text.index("void pg_pixel")]
+    channels = placement.channels if placement else range(4)
+    read = [int(distance.replace(" ", "") or 0) for distance in re.findall(r"image0\[p0(.*?)\]", inner)]
+    assert read == [row * y + pixel * x + channel for x, y in ((0, 0), (-2, 1), (3, 0)) for channel in channels]

@@ -192,6 +192,7 @@ MUTANTS = (
         harmless="the first draw into a stencil clears it, in every plan",
     ),
     _o("_around_place", "j % {columns} < {x} ?", "j % {columns} <= {x} ?", "language/a wide"),
+    _o("ImageLayout.distance", "y * placement.row", "(y + 1) * placement.row", "language/a wide"),
     _o("cut_of", "x + width - run, y", "x + width - run - 1, y", "language/a wide"),
     _o(
         "inner_block",
