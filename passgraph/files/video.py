@@ -17,6 +17,7 @@ import numpy as np
 from passgraph import arguments
 from passgraph.color_tags import wide_space_named
 from passgraph.errors import InputError, reason
+from passgraph.files.chroma import location_of
 from passgraph.files.frame import Frame, Stored
 from passgraph.files.video_pixels import FULL, LIMITED, Conversion
 from passgraph.image_formats import NO_TAGS, Metadata
@@ -90,6 +91,7 @@ class Video:
     matrix, colour_range, primaries, transfer : color tags of the file, as in libavutil; `ToVideo` keeps them
     picture_metadata : those of pictures that are made of its frames
     is_interlaced : True if a frame is two fields; they are read as one picture, with a warning
+    chroma : where samples of subsampled chroma lie, such as "left"; None until the first frame is decoded
     deep, has_alpha, has_chroma : True if it has more than 8 bits, alpha, and colors as Y'CbCr
 
     Raises
@@ -121,6 +123,7 @@ class Video:
             self._declares_duration = container.format.name != "asf"
             self.start = stream.start_time or 0
             self.metadata = dict(container.metadata)
+            self.chroma: str | None = None
 
     @property
     def name(self) -> str:
@@ -156,6 +159,8 @@ class Video:
                     continue
                 if frame.pts is not None:
                     position.end = max(position.end, (frame.pts - self.start) * self.time_base)
+                if self.chroma is None:
+                    self.chroma = self._chroma_of(frame, container.format.name)
                 metadata = {"pts": frame.pts, "time_base": self.time_base}
                 yield Frame(number, name, partial(self._picture, name, frame, conversion), metadata)
         if position.frames == 0:
@@ -186,6 +191,10 @@ class Video:
             for frame in frames:
                 yield "is damaged (the decoder made up a part of it)" if frame.is_corrupt else frame
 
+    def _chroma_of(self, frame: VideoFrame, container: str) -> str:
+        is_full = stated(frame.colorspace, frame.color_range, frame.format.name, frame.height)[1] == FULL
+        return location_of(frame, self.codec, container, is_full)
+
     def _check_end(self, position: _Position) -> None:
         """Raise InputError for a truncated file; decoders stop there without an error."""
         mismatch = "it ends in the middle of a packet" if position.is_cut else ""
@@ -201,7 +210,7 @@ class Video:
         matrix, colour_range = stated(frame.colorspace, frame.color_range, frame.format.name, frame.height)
         frame.colorspace, frame.color_range = matrix, colour_range
         try:
-            pixels = conversion.pixels(frame, self.deep)
+            pixels = conversion.pixels(frame, self.deep, self.chroma or "center")
         except import_av(self.path).error.FFmpegError as error:
             raise InputError(
                 f"{name}: its colours cannot be read ({reason(error)}): pixel format {frame.format.name}, matrix "
@@ -234,7 +243,7 @@ def stated(matrix: int, colour_range: int, format: str, height: int) -> tuple[in
     if matrix == UNSPECIFIED or (matrix == RGB and format.startswith("yuv")):
         matrix = BT709 if height >= 720 else BT601
     if colour_range not in (LIMITED, FULL):
-        colour_range = FULL if format.startswith("yuvj") else LIMITED
+        colour_range = FULL if format.startswith(("yuvj", "gray", "ya8", "ya16")) else LIMITED
     return matrix, colour_range
 
 

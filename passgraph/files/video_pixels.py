@@ -146,6 +146,21 @@ LIMITED, FULL = 1, 2
 _RANGES = {LIMITED: "tv", FULL: "pc"}
 #: Names of planar Y'CbCr formats, with their bits if not 8.
 _PLANAR = re.compile(r"yuv(a|j|)4(?:10|11|20|22|40|44)p(|(?:9|10|12|14|16)le)")
+#: Y'CbCr formats with interleaved channels, as hardware and v410 have them, by their planar 4:4:4 format.
+_INTERLEAVED = {
+    interleaved: planar
+    for planar, names in {
+        "yuv444p": "nv12 nv21 nv16 nv24 nv42 yuyv422 uyvy422 yvyu422 vyu444 vuyx",
+        "yuva444p": "vuya ayuv uyva",
+        "yuv444p10le": "p010le p210le p410le nv20le y210le v30xle xv30le",
+        "yuv444p12le": "p012le p212le p412le y212le xv36le",
+        "yuv444p16le": "p016le p216le p416le xv48le",
+        "yuva444p16le": "ayuv64le",
+    }.items()
+    for interleaved in names.split()
+}
+#: Gray formats of integers, with alpha or without.
+_GRAY = re.compile(r"gray|gray(?:9|10|12|14|16)le|ya8|ya16le")
 
 
 class Matrix(NamedTuple):
@@ -192,17 +207,21 @@ class Conversion(threading.local):
         self._pools: dict[tuple[object, ...], Any] = {}
         self._reused: VideoFrame | None = None  # the frame before it is converted to the encoder's format
 
-    def pixels(self, frame: VideoFrame, deep: bool) -> Stored:
-        """Convert a frame to (h, w, 4) pixels: uint8, or uint16 if ``deep``."""
+    def pixels(self, frame: VideoFrame, deep: bool, chroma: str = "center") -> Stored:
+        """Convert a frame to (h, w, 4) pixels: uint8, or uint16 if ``deep``; ``chroma`` is where its chroma lies."""
         code, wide = _code(frame), _wide(frame.format.name)
         is_upright = all(plane.line_size >= plane.width for plane in frame.planes)
+        dtype = np.uint16 if deep else np.uint8
+        if code is not None and is_upright and _GRAY.fullmatch(frame.format.name):
+            return pixels_of(_gray_planes(frame), code, dtype)
         if code is None or wide is None or not is_upright:
-            return self.converted(frame, "rgba64le" if deep else "rgba").to_ndarray()
-        return pixels_of(_planes(self.converted(frame, wide)), code, np.uint16 if deep else np.uint8)
+            return self.converted(frame, "rgba64le" if deep else "rgba", f"in_chroma_loc={chroma}").to_ndarray()
+        planes = _planes(self.converted(frame, wide, f"in_chroma_loc={chroma}"))
+        return pixels_of(planes, code, dtype)
 
-    def frame(self, pixels: Stored, format: str, matrix: int, colour_range: int) -> VideoFrame:
-        """Convert contiguous (h, w, 4) pixels to a frame in a pixel format of libavutil."""
-        from av import VideoFrame
+    def frame(self, pixels: Stored, format: str, matrix: int, colour_range: int, chroma: str = "center") -> VideoFrame:
+        """Convert contiguous (h, w, 4) pixels to a frame in a pixel format of libavutil, with its chroma at a place."""
+        from av import VideoFormat, VideoFrame
 
         wide = _wide(format)
         if wide is not None and matrix in _MATRICES:
@@ -212,9 +231,11 @@ class Conversion(threading.local):
             assert code is not None
             to_planes(pixels, _planes(frame), code)
         else:
+            if pixels.dtype == np.uint8 and VideoFormat(format, 2, 2).components[0].bits > 8:
+                pixels = pixels.astype(np.uint16) * np.uint16(257)  # swscale shifts, so that white is 1020 of 1023
             frame = VideoFrame.from_numpy_buffer(pixels, "rgba64le" if pixels.dtype == np.uint16 else "rgba")
             frame.colorspace, frame.color_range = matrix, colour_range
-        return self.converted(frame, format)
+        return self.converted(frame, format, f"out_chroma_loc={chroma}")
 
     def _empty(self, width: int, height: int, format: str, handed_out: bool) -> VideoFrame:
         """Return an empty frame: a new one if it is ``handed_out`` to the encoder, else one that is reused."""
@@ -227,15 +248,19 @@ class Conversion(threading.local):
             frame = self._reused = VideoFrame(width, height, format)
         return frame
 
-    def converted(self, frame: VideoFrame, format: str) -> VideoFrame:
-        """Convert a frame to another pixel format."""
+    def converted(self, frame: VideoFrame, format: str, chroma: str = "") -> VideoFrame:
+        """Convert a frame to another pixel format.
+
+        ``chroma`` is the scale filter's option with the location of chroma. The filter ignores that of its frames, and
+        takes the center without an option (libavfilter 11.14).
+        """
         if frame.format.name == format:
             return frame
         matrix, colour_range = int(frame.colorspace), int(frame.color_range)
         if matrix not in _MATRICES or colour_range not in _RANGES:
             how = self._exact if _needs_rounding(frame.format.name, format) else self._quick
             return self._converter.reformat(frame, format=format, interpolation=how, threads=1)
-        key = frame.width, frame.height, frame.format.name, format, matrix, colour_range
+        key = frame.width, frame.height, frame.format.name, format, matrix, colour_range, chroma
         if key not in self._pools:
             self._pools = {key: _pool(*key)}  # only the latest is kept, since a video has one size
         graph = self._pools[key]
@@ -247,7 +272,7 @@ class Conversion(threading.local):
         return converted
 
 
-def _pool(width: int, height: int, source: str, target: str, matrix: int, colour_range: int) -> Any:
+def _pool(width: int, height: int, source: str, target: str, matrix: int, colour_range: int, chroma: str) -> Any:
     """Build a libavfilter graph that converts the pixel format of frames."""
     from av.filter import Graph
 
@@ -258,6 +283,7 @@ def _pool(width: int, height: int, source: str, target: str, matrix: int, colour
         input_options += f":colorspace={matrix}:range={colour_range}"
     flags = "bilinear+accurate_rnd+full_chroma_int" if _needs_rounding(source, target) else "bilinear"
     options = f"interl=-1:flags={flags}:out_color_matrix={_MATRICES[matrix].name}:out_range={_RANGES[colour_range]}"
+    options += f":{chroma}" if chroma else ""
     filters = [graph.add("buffer", input_options), graph.add("scale", options)]
     filters += [graph.add("format", f"pix_fmts={target}"), graph.add("buffersink")]
     for upstream, downstream in pairwise(filters):
@@ -276,7 +302,9 @@ def _needs_rounding(source: str, target: str) -> bool:
 
 
 def _wide(format: str) -> str | None:
-    """Return the 4:4:4 format of a planar Y'CbCr format; None for formats whose colors swscale converts."""
+    """Return the planar 4:4:4 format of a Y'CbCr format; None for formats whose colors swscale converts."""
+    if format in _INTERLEAVED:
+        return _INTERLEAVED[format]
     match = _PLANAR.fullmatch(format)
     return match and f"yuv{match[1]}444p{match[2]}"
 
@@ -286,6 +314,18 @@ def _code(frame: VideoFrame) -> Code | None:
     if matrix is None or colour_range not in _RANGES:
         return None
     return Code(matrix.red, matrix.blue, colour_range == FULL, frame.format.components[0].bits)
+
+
+def _gray_planes(frame: VideoFrame) -> list[Plane]:
+    """Return luma, chroma without color, and alpha of a gray frame; swscale takes gray of limited range as full."""
+    bits = frame.format.components[0].bits
+    dtype = np.dtype(np.uint8 if bits == 8 else np.uint16)
+    channels = len(frame.format.components)
+    plane: Any = frame.planes[0]
+    numbers = np.frombuffer(plane, dtype).reshape(frame.height, -1)[:, : frame.width * channels]
+    luma, *alpha = np.moveaxis(numbers.reshape(frame.height, frame.width, channels), 2, 0)
+    neutral = np.full(luma.shape, 1 << (bits - 1), dtype)
+    return [np.ascontiguousarray(luma), neutral, neutral, *alpha]
 
 
 def _planes(frame: VideoFrame) -> list[Plane]:

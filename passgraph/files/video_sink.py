@@ -14,6 +14,7 @@ import numpy as np
 from passgraph import arguments
 from passgraph.color_tags import Codes, ColorSpace, Recoded
 from passgraph.errors import InputError, reason
+from passgraph.files.chroma import location_to_write
 from passgraph.files.film import Film
 from passgraph.files.frame import Frame, OutputError, Source, Stored
 from passgraph.files.sequences import Pictures
@@ -251,7 +252,9 @@ class ToVideo(Film):
     def stores(self, frame: Frame, size: tuple[int, int]) -> np.dtype[Any]:
         if self._size is None:
             self._format = self._pixel_format(*size)
-            self._coding = self._coding_of(*size)
+            self._coding = coding = self._coding_of(*size)
+            source = self._video.chroma if self._video is not None and self._video.has_chroma else None
+            self._chroma = location_to_write(self._encoder.name, source, coding.colour_range == FULL, coding.matrix)
         self._check_size(frame, size)
         deep = self._video is not None and self._video.deep
         return np.dtype(np.uint16 if deep else np.uint8)
@@ -261,7 +264,8 @@ class ToVideo(Film):
     def prepare(self, frame: Frame, picture: Stored) -> Any:
         pixels = np.ascontiguousarray(with_channels(picture, 4))
         try:
-            return self._conversion.frame(pixels, self._format, self._coding.matrix, self._coding.colour_range)
+            coding = self._coding
+            return self._conversion.frame(pixels, self._format, coding.matrix, coding.colour_range, self._chroma)
         except self._av.error.FFmpegError as error:
             raise OutputError(f"{self.path}: no pixels can be made in the format {self._format}; {_OTHERS}") from error
 
@@ -325,7 +329,9 @@ class ToVideo(Film):
         """Add the streams, once the size is known."""
         assert self._size is not None
         video, rate = self._video, Fraction(self._rate).limit_denominator(1 << 16)
-        options = {**_DEFAULT_OPTIONS.get(self._encoder.name, {}), **self.options}
+        options = {
+            **_DEFAULT_OPTIONS.get(self._encoder.name, {}), "chroma_sample_location": self._chroma, **self.options,
+        }  # fmt: skip
         stream = self._stream = self._container.add_stream(self._encoder.name, rate=rate, options=options)
         (stream.width, stream.height), stream.pix_fmt = self._size, self._format
         # AVI stores no times, only frames in order: a finer time base would need empty frames between them, and

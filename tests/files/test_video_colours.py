@@ -117,3 +117,48 @@ def test_an_avi_counts_frames(tmp_path: Path) -> None:
     made = Video(copied(write(tmp_path / "a.mkv", *SOURCES["BT.709"]), tmp_path / "b.avi", "libx264"))
     times = [frame.metadata["pts"] * frame.metadata["time_base"] for frame in made]
     assert (made.rate, made.count, times[1] - times[0]) == (25, 2, Fraction(1, 25))
+
+
+def gray_video(path: Path, format: str, black: int, white: int, colour_range: int) -> Path:
+    """Black on the left and white on the right, without loss."""
+    kind = np.uint8 if format in ("gray", "ya8") else np.uint16
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("ffv1", rate=25)
+        (stream.width, stream.height), stream.pix_fmt = SIZE, format
+        stream.codec_context.color_range = colour_range
+        frame = av.VideoFrame(*SIZE, format)
+        frame.color_range = colour_range
+        plane = frame.planes[0]
+        channels = 2 if format.startswith("ya") else 1
+        rows = np.full((plane.height, plane.line_size // np.dtype(kind).itemsize), np.iinfo(kind).max, kind)
+        rows[:, : SIZE[0] * channels : channels] = np.repeat([black, white], SIZE[0] // 2).astype(kind)
+        plane.update(rows.tobytes())
+        container.mux(stream.encode(frame))
+        container.mux(stream.encode())
+    return path
+
+
+@pytest.mark.parametrize("format", ["gray", "ya8", "gray9le", "gray10le", "gray12le", "gray14le", "gray16le"])
+@pytest.mark.parametrize("colour_range", [0, 1, 2])
+def test_gray_goes_from_black_to_white(tmp_path: Path, format: str, colour_range: int) -> None:
+    """Of limited range too, and to the last step. swscale leaves 16 and 235, and shifts 1023 to 65472."""
+    bits = int("".join(filter(str.isdigit, format)) or 8)
+    bits = 8 if format == "ya8" else bits
+    step = 1 << (bits - 8)
+    black, white = (16 * step, 235 * step) if colour_range == 1 else (0, 256 * step - 1)
+    given = gray_video(tmp_path / "a.mkv", format, black, white, colour_range)
+    picture = next(iter(Video(given))).read()
+    most = 255 if bits == 8 else 65535
+    assert picture[0, [0, -1]].tolist() == [[0, 0, 0, most], [most] * 4]
+
+
+@pytest.mark.parametrize(("codec", "suffix"), [
+    ("r210", ".mov"), ("v410", ".mov"), ("r10k", ".mov"), ("v210", ".mov"), ("dpx", ".mov"), ("ffv1", ".mkv"),
+    ("prores_ks", ".mov"),
+])  # fmt: skip
+def test_white_of_bytes_is_white_of_more_bits(tmp_path: Path, codec: str, suffix: str) -> None:
+    """swscale shifts 255 to 1020 of 1023 in RGB of 10 bits."""
+    given = write(tmp_path / "a.mkv", "ffv1", "bgr0", (255, 255, 255, 0))
+    made = Video(copied(given, tmp_path / f"b{suffix}", codec))
+    least = next(iter(made)).read()[..., :3].min()
+    assert least >= (65535 if made.deep and codec != "prores_ks" else 255 if not made.deep else 65400)
