@@ -10,7 +10,7 @@ import numpy as np
 
 from passgraph.backends.base import ATTRIBUTES, Block, clear_colour, vertex_attribute
 from passgraph.backends.steps import quantised
-from passgraph.backends.webgpu.programs import filtered_images, packed
+from passgraph.backends.webgpu.programs import filtered_images, packed, packed_tables
 from passgraph.backends.webgpu.states import color_target, depth_stencil, guard_band, primitive
 from passgraph.backends.webgpu.textures import Texture
 from passgraph.backends.webgpu.wgsl import FIRST_IMAGE, LINEAR, NEAREST, PARAMETERS
@@ -34,13 +34,14 @@ class Stage:
         self.backend, self.program, self.size, self.guard = backend, program, size, guard
         self.layout = backend.programs.stage_layout(program)
         self.filtered = filtered_images(program)
+        self.tables = packed_tables(program)
         self.buffer: Any = None
         self.sent = b""
         self.groups: dict[tuple[int, ...], Any] = {}
 
     def send(self, block: Block) -> None:
         """Write the parameters if they changed."""
-        data = packed(self.program, self.size, self.guard, block)
+        data = packed(self.program, self.size, self.guard, block, self.tables)
         if data == self.sent:
             return
         if self.buffer is None:

@@ -22,6 +22,7 @@ from passgraph.backends.webgpu.wgsl import (
     PARAMETERS,
     WGSL,
     WRAP_MODES,
+    uniform_tables,
 )
 from passgraph.cached import Recent
 from passgraph.errors import BackendError
@@ -173,8 +174,14 @@ def pointed(log: str, listing: Listing, kernel: str) -> str:
     return listing.span_at(int(found[1] or found[2])).point_at(message)
 
 
-def packed(program: ScalarProgram, size: tuple[int, int], guard: float, block: Block) -> bytes:
-    """Return the parameters of a stage in the layout of its shader."""
+def packed_tables(program: ScalarProgram) -> bytes:
+    """Return a program's constant tables in the layout of its shader."""
+    tables = [np.array(v, np.float32 if type_ == "float" else np.int32) for _, type_, v in uniform_tables(program)]
+    return b"".join([table.tobytes().ljust(16 * vec4_count(len(table)), b"\0") for table in tables])
+
+
+def packed(program: ScalarProgram, size: tuple[int, int], guard: float, block: Block, tables: bytes) -> bytes:
+    """Return the parameters of a stage in the layout of its shader; ``tables`` from :func:`packed_tables`."""
     head = np.zeros(HEAD // 4, np.int32)
     head[4:6] = size
     head[6:7] = np.array([guard], np.float32).view(np.int32)
@@ -183,4 +190,5 @@ def packed(program: ScalarProgram, size: tuple[int, int], guard: float, block: B
         head.tobytes(),
         block.floats[: program.float_count].tobytes().ljust(floats, b"\0"),
         block.ints[: program.int_count].tobytes().ljust(ints, b"\0"),
+        tables,
     ])  # fmt: skip

@@ -86,6 +86,24 @@ PARAMETERS, NEAREST, LINEAR = range(3)
 FIRST_IMAGE = LINEAR + len(WRAP_MODES)
 #: Bytes before a kernel's own parameters: four zeros, the target's size and the guard band's factor.
 HEAD = 32
+#: Bytes of a uniform buffer on every device (WebGPU's default of maxUniformBufferBindingSize).
+UNIFORM_BYTES = 1 << 16
+
+
+def uniform_tables(program: s.ScalarProgram) -> list[tuple[str, str, tuple[bool | int | float, ...]]]:
+    """Return the constant tables that lie behind a program's parameters in its uniform buffer: large ones first, as
+    many as fit.
+
+    A table in a variable is filled for each pixel, and lavapipe compiles one of 1,024 entries in 39 s.
+    """
+    room = UNIFORM_BYTES - HEAD - 16 * (max(1, vec4_count(program.float_count)) + max(1, vec4_count(program.int_count)))
+    found = []
+    for table in sorted(program.tables, key=lambda table: -len(table[2])):
+        size = 16 * vec4_count(len(table[2]))
+        if size <= room:
+            found.append(table)
+            room -= size
+    return found
 
 
 class WGSL(ShaderPrinter):
@@ -106,6 +124,12 @@ class WGSL(ShaderPrinter):
         self.steps = steps
         self.combined = Combined(program)
         self.declarations = {"pg_nil": "let pg_nil = pg.zeros.x;", "pg_nil2": "let pg_nil2 = pg.zeros.y;"}
+        self.in_uniforms = {name: type_ for name, type_, _ in uniform_tables(program)}
+        for name, type_, values in program.tables:
+            if name not in self.in_uniforms:
+                # Not a constant: wgpu copies one into a variable at each read by an index.
+                items = ", ".join(self.literal(s.Lit(type_, v)) for v in values)
+                self.declarations[name] = f"var {name} = array<{self.types[type_]}, {len(values)}>({items});"
 
     # Statements
 
@@ -180,6 +204,13 @@ class WGSL(ShaderPrinter):
             return f"pg.{block}s[{index // 4}].{LETTERS[index % 4]}"
         return f"pg.{block}s[{index} >> 2u][{index} & 3]"
 
+    def table(self, name: str, index: str) -> str:
+        type_ = self.in_uniforms.get(name)
+        if type_ is None:
+            return super().table(name, index)
+        number = f"pg.{name}[{index} >> 2u][{index} & 3]"
+        return f"({number} != 0)" if type_ == "bool" else number
+
     def texel(self, load: s.LoadTexel) -> None:
         """Read a texel through a sampler, which takes lavapipe two thirds of the time of ``textureLoad``."""
         image = f"pg_image{self.image_numbers[load.image]}"
@@ -212,7 +243,12 @@ class WGSL(ShaderPrinter):
         lines = [
             "struct Parameters {\n    zeros: vec4<u32>,\n    size: vec2<i32>,\n    guard: f32,",
             f"    @align(16) floats: array<vec4<f32>, {max(1, vec4_count(program.float_count))}>,",
-            f"    ints: array<vec4<i32>, {max(1, vec4_count(program.int_count))}>,\n}}",
+            f"    ints: array<vec4<i32>, {max(1, vec4_count(program.int_count))}>,",
+            *(
+                f"    {name}: array<vec4<{'f32' if type_ == 'float' else 'i32'}>, {vec4_count(len(values))}>,"
+                for name, type_, values in uniform_tables(program)
+            ),
+            "}",
             f"{group} @binding({PARAMETERS}) var<uniform> pg: Parameters;",
             f"{group} @binding({NEAREST}) var pg_nearest: sampler;",
             *(f"{group} @binding({LINEAR + k}) var pg_linear_{rule}: sampler;" for k, rule in enumerate(WRAP_MODES)),
@@ -220,10 +256,6 @@ class WGSL(ShaderPrinter):
         lines += [
             f"{group} @binding({FIRST_IMAGE + k}) var pg_image{k}: texture_2d<f32>;" for k in range(len(program.images))
         ]
-        # Not constants: wgpu copies one into a variable at each read by an index, 5 to 10 times as slow on lavapipe.
-        for name, type_, values in program.tables:
-            items = ", ".join(self.literal(s.Lit(type_, v)) for v in values)
-            lines.append(f"var<private> {name} = array<{self.types[type_]}, {len(values)}>({items});")
         if program.stage == "vertex":
             sent = [f"    @location({k}) pg_varying{k}: vec4<f32>," for k in range(vec4_count(len(self.varyings)))]
             lines += ["struct Results {", "    @builtin(position) @invariant position: vec4<f32>,", *sent, "}"]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from passgraph.backends.base import ATTRIBUTES, vertex_attribute
 from passgraph.backends.steps import numbers_of
 from passgraph.backends.webgpu import devices
-from passgraph.backends.webgpu.programs import packed
+from passgraph.backends.webgpu.programs import packed, packed_tables
 from passgraph.backends.webgpu.textures import Stored, Texture
 from passgraph.backends.webgpu.transfers import texels
 from passgraph.backends.webgpu.wgsl import FULLSCREEN, HEAD
@@ -215,7 +215,7 @@ class PlanWriter:
         """Return the images and parameters of one stage: a block of constants, and the places of run values in it."""
         constant = replace(step, values={name: self._constant(step, name) for name in step.values})
         uniforms = Uniforms(program, constant, {})
-        block = packed(program, (1, 1), 1.0, uniforms.block)[HEAD:]
+        block = packed(program, (1, 1), 1.0, uniforms.block, packed_tables(program))[HEAD:]
         ints_at = HEAD + 16 * max(1, -(-program.float_count // 4))
         values = [
             _place(slot, constant.values[key].name, fields, ints_at)  # type: ignore[attr-defined]

@@ -57,16 +57,15 @@ def test_hundreds_of_kernels_leave_no_memory(
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("backend", "count"),
+    ("backend", "warm", "count", "most"),
     [
-        ("numpy", 3000),
-        ("gl", 3000),
-        ("webgpu", 3000),
-        ("opencl", 300),  # PoCL takes half a second each, and keeps the libraries of the last 128
+        ("numpy", 600, 3000, 3 << 10),  # LLVM's pass builder leaves 1.5 kB of each compilation (llvmlite 0.50)
+        ("gl", 600, 3000, 6 << 10),  # Mesa 22.3 keeps 0.1 kB of each, between pages that it has freed
+        ("webgpu", 600, 3000, 6 << 10),
+        ("opencl", 150, 250, 8 << 10),  # half a second each; PoCL keeps the libraries of the last 128
     ],
 )
 def test_thousands_of_kernels_leave_no_memory(
-    backend: str, count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    backend: str, warm: int, count: int, most: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    # On numpy 1.5 kB of each compilation stay, of LLVM's pass builder (seen in llvmlite 0.50).
-    assert bytes_of_a_kernel(backend, 600, count, tmp_path, monkeypatch) < 3 << 10
+    assert bytes_of_a_kernel(backend, warm, count, tmp_path, monkeypatch) < most

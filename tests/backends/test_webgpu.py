@@ -266,3 +266,36 @@ def test_a_closed_backend_may_be_closed_again_and_refuses_work(opened: WebGPUBac
 def test_adapters_over_opengl_are_not_listed() -> None:
     require("webgpu")
     assert all(adapter.info["backend_type"] != "OpenGL" for adapter in devices.all_adapters())
+
+
+# Constant tables
+
+
+@pytest.mark.parametrize(
+    "lengths",
+    [
+        (3, 5, 7),
+        (1024, 1024, 1024),
+        (*(1024,) * 15, 16, 1008),  # more than a uniform buffer holds: the one of 16 stays a variable
+    ],
+)
+def test_tables_with_computed_indices_hold_their_numbers(opened: WebGPUBackend, lengths: tuple[int, ...]) -> None:
+    """Floats, ints and bools in turns; the floats of the smallest table have an infinity and a denormal."""
+    rng = np.random.default_rng(7)
+    tables: list[Any] = [rng.integers(-9, 9, length) for length in lengths]
+    for number in range(0, len(tables), 3):
+        tables[number] = tables[number] + 0.25
+    tables[15 if len(tables) > 15 else 0][:2] = np.inf, 2.0**-140
+    for number in range(2, len(tables), 3):
+        tables[number] = tables[number] > 0
+    text, terms = "", []
+    for number, table in enumerate(tables):
+        text += f"T{number} = ({', '.join('1e999' if v == np.inf else repr(v) for v in table.tolist())})\n"
+        entry = f"T{number}[int(at * {len(table)}.0)]"
+        terms.append(f"(1.0 if {entry} else 0.0)" if table.dtype == bool else f"float({entry})")
+    text += f"def looked(c: Image) -> float:\n    at = c[0, 0].r\n    return {' + '.join(terms)}"
+    at = rng.random((24, 32), np.float32)
+    with pg.compile(pg.kernel(source=text)(pg.Input("c", "r32f", (32, 24))), opened) as program:
+        found = program(c=at)["looked"][..., 0]
+    chosen = [table[(at * np.float32(len(table))).astype(int)].astype(np.float32) for table in tables]
+    np.testing.assert_array_equal(found, sum(chosen[1:], chosen[0]))

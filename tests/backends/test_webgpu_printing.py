@@ -115,3 +115,14 @@ def test_a_zero_border_tests_the_sides_that_are_left() -> None:
 )  # fmt: skip
 def test_a_format_that_webgpu_lacks_is_stored_wider(name: str, has_norm16: bool, stored: str) -> None:
     assert stored_as(FORMATS[name], has_norm16).name == stored
+
+
+def test_the_entries_of_a_table_are_parameters() -> None:
+    """Compilers take a minute for a variable of a thousand entries."""
+
+    def text(count: int) -> str:
+        entries = ", ".join(f"{number}.5" for number in range(count))
+        return module(f"T = ({entries})\ndef one(color: Image) -> float: return T[int(color[0, 0].r)]")
+
+    assert "var<private>" not in text(4)
+    assert len(text(1000)) < len(text(4)) + 16  # only digits of its length
