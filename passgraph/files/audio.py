@@ -133,11 +133,13 @@ def decoded(path: Path) -> NDArray[np.float32]:
 
 def _blocks(path: Path, container: Any) -> Iterator[NDArray[np.float32]]:
     """Yield the samples in blocks, the first of them silence if the sound begins after the file does."""
-    resampler = import_av(path).AudioResampler(format="fltp", rate=SAMPLE_RATE)
+    # Packed samples, since PyAV 18.1 cannot convert planar frames of many channels.
+    resampler = import_av(path).AudioResampler(format="flt", rate=SAMPLE_RATE)
     begin, count = (container.start_time or 0) / 1e6, 0
     for frame in chain(container.decode(container.streams.audio[0]), (None,)):
         for converted in resampler.resample(frame):
-            block = np.nan_to_num(converted.to_ndarray().mean(axis=0, dtype=np.float32))
+            samples = converted.to_ndarray().reshape(-1, len(converted.layout.channels))
+            block = np.nan_to_num(samples.mean(axis=1, dtype=np.float32))
             late = converted.time - begin if count == 0 and converted.time is not None else 0.0
             silence = round(max(late, 0.0) * SAMPLE_RATE)
             count += silence + len(block)

@@ -16,7 +16,21 @@ from passgraph.image_formats import READ_SUFFIXES
 #: Suffixes of picture files that `passgraph.load` does not read.
 UNREAD_SUFFIXES = (".avif", ".heic", ".heif", ".dng", ".cr2", ".cr3", ".nef", ".arw")
 #: Suffixes of files that are read and written as videos.
-VIDEO_SUFFIXES = (".mp4", ".m4v", ".mov", ".mkv", ".webm", ".avi", ".ts", ".mpg", ".mpeg", ".ogv", ".wmv", ".flv")
+VIDEO_SUFFIXES = (
+    ".mp4",
+    ".m4v",
+    ".mov",
+    ".mkv",
+    ".webm",
+    ".avi",
+    ".ts",
+    ".mpg",
+    ".mpeg",
+    ".ogv",
+    ".wmv",
+    ".flv",
+    ".y4m",
+)
 #: Suffixes of files that are written as animations, with Pillow's names of the formats.
 WRITTEN_ANIMATIONS = {".gif": "GIF", ".apng": "PNG"}
 

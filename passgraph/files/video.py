@@ -19,6 +19,7 @@ from passgraph.color_tags import wide_space_named
 from passgraph.errors import InputError, reason
 from passgraph.files.chroma import location_of
 from passgraph.files.frame import Frame, Stored
+from passgraph.files.hdr import HdrMetadata
 from passgraph.files.video_pixels import FULL, LIMITED, Conversion
 from passgraph.image_formats import NO_TAGS, Metadata
 from passgraph.reading import check_regular
@@ -35,8 +36,11 @@ RGB, BT709, BT601, UNSPECIFIED = 0, 1, 6, 2
 _AS_SRGB = (1, 5, 6)
 #: Allowed file formats, by libavformat's names. Others, such as playlists, can open further files and URLs.
 _FORMATS = (
-    "mov,matroska,avi,mpegts,mpeg,mpegvideo,h264,hevc,ivf,ogg,asf,flv,mxf,nut,wav,w64,mp3,flac,aac,ac3,aiff,caf,au,wv"
+    "mov,matroska,avi,mpegts,mpeg,mpegvideo,h264,hevc,ivf,ogg,asf,flv,mxf,nut,yuv4mpegpipe,wav,w64,mp3,flac,aac,ac3,"
+    "aiff,caf,au,wv"
 )
+#: Decoders that read the alpha of VP8 and VP9, a second stream in each Matroska block; libavcodec's own drop it.
+_ALPHA_DECODERS = {"vp8": "libvpx", "vp9": "libvpx-vp9"}
 #: Options for opening a video or a sound: only these formats, and no protocol but local files.
 OPENING = {"format_whitelist": _FORMATS, "protocol_whitelist": "file"}
 #: libavcodec's field order of progressive video (1); larger numbers are interlaced.
@@ -92,6 +96,7 @@ class Video:
     picture_metadata : those of pictures that are made of its frames
     is_interlaced : True if a frame is two fields; they are read as one picture, with a warning
     chroma : where samples of subsampled chroma lie, such as "left"; None until the first frame is decoded
+    hdr, is_turned : HDR10's static metadata, and True if frames are turned by 90°, from the first frame on
     deep, has_alpha, has_chroma : True if it has more than 8 bits, alpha, and colors as Y'CbCr
 
     Raises
@@ -122,8 +127,14 @@ class Video:
             # ASF declares the duration of its longest stream, which may be the sound.
             self._declares_duration = container.format.name != "asf"
             self.start = stream.start_time or 0
-            self.metadata = dict(container.metadata)
+            # QuickTime has the time code in a track of its own, which libavformat copies to the video's metadata.
+            timecode = {key: stream.metadata[key] for key in ("timecode",) if key in stream.metadata}
+            self.metadata = {**timecode, **container.metadata}
+            self._alpha_decoder = _ALPHA_DECODERS.get(self.codec) if stream.metadata.get("alpha_mode") == "1" else None
+            if self._alpha_decoder is not None:
+                self.has_alpha, self.format = True, "yuva420p"
             self.chroma: str | None = None
+            self.hdr, self.is_turned = HdrMetadata(), False
 
     @property
     def name(self) -> str:
@@ -161,6 +172,7 @@ class Video:
                     position.end = max(position.end, (frame.pts - self.start) * self.time_base)
                 if self.chroma is None:
                     self.chroma = self._chroma_of(frame, container.format.name)
+                    self.hdr, self.is_turned = HdrMetadata.of(frame), _is_quarter(_display_matrix(frame))
                 metadata = {"pts": frame.pts, "time_base": self.time_base}
                 yield Frame(number, name, partial(self._picture, name, frame, conversion), metadata)
         if position.frames == 0:
@@ -173,6 +185,10 @@ class Video:
         """Yield frames in order; in place of a damaged frame, the reason."""
         av = import_av(self.path)
         packets = container.demux(stream)
+        decoder = None
+        if self._alpha_decoder is not None:
+            decoder = av.CodecContext.create(self._alpha_decoder, "r")
+            decoder.extradata = stream.codec_context.extradata
         while True:
             try:
                 packet = next(packets)
@@ -184,7 +200,7 @@ class Video:
             if packet.size:  # the one without data flushes the decoder
                 position.is_cut = packet.is_corrupt
             try:
-                frames = packet.decode()
+                frames = packet.decode() if decoder is None else decoder.decode(packet)
             except av.error.FFmpegError as error:
                 yield f"is damaged ({reason(error)})"
                 continue
@@ -225,17 +241,30 @@ def _upright(picture: Stored, frame: VideoFrame) -> Stored:
     The matrix maps a pixel's column and row to those on screen: x' = a x + c y and y' = b x + d y (ISO/IEC 14496-12,
     section 6.2.2). Rotations are rounded to quarter turns.
     """
+    matrix = _display_matrix(frame)
+    (a, b), (c, d) = matrix
+    is_quarter = _is_quarter(matrix)
+    across, down = (c, b) if is_quarter else (a, d)
+    picture = picture.swapaxes(0, 1) if is_quarter else picture
+    return picture[:: -1 if down < 0 else 1, :: -1 if across < 0 else 1]
+
+
+def _display_matrix(frame: VideoFrame) -> tuple[tuple[int, int], tuple[int, int]]:
+    """Return the rows of a frame's display matrix, without its shift."""
     from av.sidedata.sidedata import Type
 
     side_data: Any = frame.side_data  # its keys are types, though PyAV annotates names
     matrix = side_data.get(Type.DISPLAYMATRIX)
     if matrix is None:
-        return picture
+        return (1, 0), (0, 1)
     (a, b, _), (c, d, _), _ = np.frombuffer(matrix, np.int32).reshape(3, 3).tolist()
-    is_quarter = abs(b) + abs(c) > abs(a) + abs(d)
-    across, down = (c, b) if is_quarter else (a, d)
-    picture = picture.swapaxes(0, 1) if is_quarter else picture
-    return picture[:: -1 if down < 0 else 1, :: -1 if across < 0 else 1]
+    return (a, b), (c, d)
+
+
+def _is_quarter(matrix: tuple[tuple[int, int], tuple[int, int]]) -> bool:
+    """Return True if a display matrix exchanges columns and rows."""
+    (a, b), (c, d) = matrix
+    return abs(b) + abs(c) > abs(a) + abs(d)
 
 
 def stated(matrix: int, colour_range: int, format: str, height: int) -> tuple[int, int]:

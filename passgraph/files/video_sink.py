@@ -148,7 +148,9 @@ _DEFAULT_OPTIONS = {
     "libvpx-vp9": {"crf": "24", "b": "0"},
 }
 #: Default encoders of containers whose own default is outdated.
-_CODECS = {".avi": "libx264", ".mkv": "libx264", ".mp4": "libx264", ".mov": "libx264", ".m4v": "libx264"}
+_CODECS = dict.fromkeys((".avi", ".mkv", ".mp4", ".mov", ".m4v"), "libx264") | {".y4m": "rawvideo"}
+#: Pixel formats of YUV4MPEG2 (.y4m), for its encoder, which lists none.
+_RAW_FORMATS = ("yuv420p", "yuv422p", "yuv444p", "yuv411p", "gray")
 #: Metadata that describes the source file itself, and is not copied.
 _OWN_METADATA = ("encoder", "major_brand", "minor_version", "compatible_brands", "duration")
 #: The advice in most errors.
@@ -276,7 +278,7 @@ class ToVideo(Film):
 
     def _pixel_format(self, width: int, height: int) -> str:
         """Return the source's pixel format if the encoder has it, else the nearest; 4:2:0 needs even sides."""
-        known = [f.name for f in self._encoder.video_formats or ()]
+        known = [f.name for f in self._encoder.video_formats or ()] or list(_RAW_FORMATS)
         video = self._video
         deep = video is not None and video.deep
         preferred = [] if video is None else [video.format.replace("yuvj", "yuv") if "mjpeg" not in known else ""]
@@ -332,16 +334,20 @@ class ToVideo(Film):
         options = {
             **_DEFAULT_OPTIONS.get(self._encoder.name, {}), "chroma_sample_location": self._chroma, **self.options,
         }  # fmt: skip
+        if self._encoder.name == "libvpx" and self._format == "yuva420p":
+            options.setdefault("auto-alt-ref", "0")  # the encoder has no frames of this kind with alpha
+        if video is not None and not isinstance(self.color, ColorSpace):
+            options |= self._hdr_options(video, options)
         stream = self._stream = self._container.add_stream(self._encoder.name, rate=rate, options=options)
         (stream.width, stream.height), stream.pix_fmt = self._size, self._format
-        # AVI stores no times, only frames in order: a finer time base would need empty frames between them, and
-        # reordered frames would get wrong times.
-        is_avi = self.path.suffix.lower() == ".avi"
-        coarse = self._encoder.name.startswith(_COARSE) or is_avi
+        # AVI and YUV4MPEG2 store no times, only frames in order: a finer time base would need empty frames between
+        # them, and reordered frames would get wrong times.
+        is_timeless = self.path.suffix.lower() in (".avi", ".y4m")
+        coarse = self._encoder.name.startswith(_COARSE) or is_timeless
         self._time_base = 1 / rate if self._base is None or coarse else self._base
         context = stream.codec_context
         context.time_base, context.thread_count, context.thread_type = self._time_base, 0, "AUTO"
-        if is_avi:
+        if is_timeless:
             context.max_b_frames = 0
         if video is None and self._base is not None:
             # Frames have individual durations; the last one's is kept only if frames are stored in presentation order.
@@ -350,7 +356,7 @@ class ToVideo(Film):
         context.color_primaries, context.color_trc = self._codes.primaries, self._codes.transfer
         if video is not None:
             if video.aspect:
-                context.sample_aspect_ratio = video.aspect
+                context.sample_aspect_ratio = 1 / video.aspect if video.is_turned else video.aspect
             self._container.metadata.update(
                 {key: text for key, text in video.metadata.items() if key.lower() not in _OWN_METADATA}
             )
@@ -360,6 +366,14 @@ class ToVideo(Film):
         for key in self.options:
             if key in context.options:  # libav removes the options that it knows
                 raise OutputError(f"{self.path}: the encoder {self._encoder.name} has no option {key!r}")
+
+    def _hdr_options(self, video: Video, options: Mapping[str, str]) -> dict[str, str]:
+        """Return the encoder's parameters with the source's HDR metadata before them, so that given ones win."""
+        found = video.hdr.parameters(self._encoder.name)
+        if found is None:
+            return {}
+        name, text = found
+        return {name: f"{text}:{options[name]}" if name in options else text}
 
     def finish(self) -> None:
         self._guarded(self._finish)
