@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import errno
 import os
+import re
 import shutil
 import tempfile
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from io import BytesIO
@@ -23,6 +24,7 @@ from passgraph.color_tags import LINEAR, SRGB
 from passgraph.errors import InputError
 from passgraph.gain_map import HDR, GainMapFile, base_picture, declares_gain_map, gain_map_of
 from passgraph.image_formats import EXPECTED, READABLE, Metadata, Pixels, WritableFormat
+from passgraph.image_layers import Part, find_channels
 from passgraph.misread import mending_of
 
 if TYPE_CHECKING:
@@ -35,6 +37,7 @@ MAX_BYTES = 1 << 32
 _DECODED_WHEN_OPENED = (b"GIF8", b"\0\0\0\x0c", b"\xff\x4f\xff\x51", b"\xff\x0a")
 #: JPEG XL with and without its container, and the number of bytes by which OpenImageIO recognizes it.
 _JPEG_XL, _RECOGNIZED_BYTES = (b"\0\0\0\x0cJXL ", b"\xff\x0a"), 128
+_CRYPTOMATTE_NAME = re.compile(r"cryptomatte/[0-9a-f]+/name")
 _JPEG = b"\xff\xd8\xff"
 #: First bytes of files of the common formats.
 _SIGNATURES = (
@@ -140,7 +143,7 @@ class ImageFile:
             raise self._unreadable(name, problem)
         self.input, self.format = opened, opened.format_name()
         try:
-            self.subimage, self.spec, self.order, self.has_alpha = self._find_layer(layer)
+            self._choose_channels(layer)
         except UnicodeDecodeError as error:
             raise self.corrupt(error) from error
         spec = self.spec
@@ -207,7 +210,10 @@ class ImageFile:
             for entry in self.spec.extra_attribs
             if not entry.name.startswith(_OF_THE_FILE) and entry.name not in _SIZE_AND_ORIENTATION
         )
-        found = Metadata(entries, not self.has_alpha, self.dtype == np.uint16, self._stated_space())
+        is_numbers = self.channels == 4 and not self.has_alpha
+        found = Metadata(
+            entries, not self.has_alpha, self.dtype == np.uint16, self._stated_space(), self.is_associated, is_numbers
+        )
         # ICC.1:2022, section 7.2.6: the color space of the data; the result is RGB.
         if found.profile and found.profile[16:20] != b"RGB ":
             return replace(found, entries=tuple(entry for entry in entries if entry[0] != "ICCProfile"))
@@ -242,50 +248,20 @@ class ImageFile:
     def close(self) -> None:
         self.input.close()
 
-    def _find_layer(self, layer: str | None) -> tuple[int, oiio.ImageSpec, list[int], bool]:
-        """Return the part with a layer, its specification, the layer's channels, and True if the last one is alpha.
-
-        Without a name this is the first part with color.
-        """
-        parts, layers, names = list[str](), list[str](), list[str]()
-        while self.input.seek_subimage(len(parts), 0):
-            spec = self.input.spec()
-            parts.append(str(_attribute(spec, "oiio:subimagename", "")))
-            found = self._find_channels(spec.channelnames, layer, is_whole_part=layer in (None, parts[-1]))
-            if found is not None:
-                return len(parts) - 1, spec, *found
-            layers += _layer_names(spec.channelnames)
-            names += spec.channelnames
+    def _choose_channels(self, layer: str | None) -> None:
+        specs, has_layers = list[Any](), self.format == "openexr"
+        # Of other formats' parts, such as pages, the first is read.
+        while (has_layers or not specs) and self.input.seek_subimage(len(specs), 0):
+            specs.append(self.input.spec())
         error_of(self.input)
-        known = list(dict.fromkeys(layers + [part for part in parts if part]))
-        if layer is None or layer in parts:
-            raise InputError(
-                f"{self._file}: has no color: its channels are {', '.join(names)}; name a layer: "
-                f"{self._file}:{(known or names)[0]}"
-            )
-        raise InputError(f"{self._file}: no layer {layer!r}; it has {', '.join(known) or 'none'}")
-
-    def _find_channels(
-        self, names: Sequence[str], layer: str | None, *, is_whole_part: bool
-    ) -> tuple[list[int], bool] | None:
-        """Return the indices of a layer's channels in a part, and True if the last is alpha; None without the layer."""
-        layers = _layers(names)
-        if not is_whole_part:
-            if layer in layers:
-                return _color_of(layers[layer]) or (list(layers[layer].values())[:4], False)
-            return ([list(names).index(layer)], False) if layer and layer in names else None
-        if found := _color_of(layers.get("", {})):
-            return found
-        colored = [name for name, channels in layers.items() if channels.keys() >= set("RGB")]
-        if len(colored) > 1:
-            raise InputError(
-                f"{self._file}: has several layers with color: {', '.join(colored)}; name one: "
-                f"{self._file}:{colored[0]}"
-            )
-        if colored:
-            return _color_of(layers[colored[0]])
-        is_data = self.format != "openexr" or (layer is not None and len(names) <= 4)
-        return (list(range(len(names)))[:4], False) if is_data else None
+        found = find_channels(self._file, [_part(spec) for spec in specs], layer, has_layers=has_layers)
+        self.input.seek_subimage(found.part, 0)
+        self.subimage, self.spec, self.order, self.has_alpha = (
+            found.part,
+            specs[found.part],
+            found.order,
+            found.has_alpha,
+        )
 
     def _unreadable(self, name: str, problem: str) -> InputError:
         if "MB limit" in problem:
@@ -466,32 +442,36 @@ def write_image(file: Path, to: Path, pixels: Pixels, kind: WritableFormat, meta
 
 
 def straight(pixels: Pixels) -> Pixels:
-    """Divide the color of (h, w, 2 or 4) by alpha, in the dtype of ``pixels``; color stays where alpha is 0.
+    """Divide the color of (h, w, 2 or 4) by alpha; color stays where alpha is 0.
 
-    >>> straight(np.array([[[0.25, 0.0, 0.0, 0.5], [1.0, 0.0, 0.0, 0.0]]], np.float32)).tolist()
+    Integers keep their dtype, floats become float32: half floats would overflow and round where alpha is small.
+
+    >>> straight(np.array([[[0.25, 0.0, 0.0, 0.5], [1.0, 0.0, 0.0, 0.0]]], np.float16)).tolist()
     [[[0.5, 0.0, 0.0, 0.5], [1.0, 0.0, 0.0, 0.0]]]
     """
     alpha = pixels[..., -1:].astype(np.float32)
     if pixels.dtype.kind == "u":
         alpha /= np.float32(np.iinfo(pixels.dtype).max)
     result = pixels.astype(np.float32)
-    with np.errstate(all="ignore"):  # infinite colors and alpha, and float16 overflow, follow IEEE 754
+    with np.errstate(all="ignore"):  # infinite colors and alpha follow IEEE 754
         result[..., :-1] /= np.where(alpha == 0, np.float32(1), alpha)
         if pixels.dtype.kind == "u":
-            result = np.rint(np.clip(result, 0, np.iinfo(pixels.dtype).max))
-        return result.astype(pixels.dtype)
+            return np.rint(np.clip(result, 0, np.iinfo(pixels.dtype).max)).astype(pixels.dtype)
+    return result
 
 
-def associated(pixels: Pixels) -> Pixels:
+def associated(pixels: Pixels, *, additive: bool = False) -> Pixels:
     """Multiply the color of (h, w, 2 or 4) floats by alpha.
 
-    >>> associated(np.array([[[0.5, 0.0, 0.0, 0.5]]], np.float32)).tolist()
-    [[[0.25, 0.0, 0.0, 0.5]]]
+    Color is 0 where alpha is 0. If ``additive`` it stays there: it is light that is added, such as a flame's.
+
+    >>> associated(np.array([[[0.5, 0.0, 0.0, 0.5], [1.0, 0.0, 0.0, 0.0]]], np.float32)).tolist()
+    [[[0.25, 0.0, 0.0, 0.5], [0.0, 0.0, 0.0, 0.0]]]
     """
     result = pixels.copy()
-    alpha = pixels[..., -1:]
+    colors, alpha = pixels[..., :-1], pixels[..., -1:]
     with np.errstate(all="ignore"):
-        result[..., :-1] = np.where(alpha == 0, 0, pixels[..., :-1] * alpha)  # 0 × infinity too
+        result[..., :-1] = np.where(alpha == 0, colors if additive else 0, colors * alpha)  # 0 × infinity too
     return result
 
 
@@ -538,47 +518,14 @@ def paste(target: Pixels, target_at: tuple[int, int], source: Pixels, source_at:
     return int((y1 - y0) * (x1 - x0))
 
 
-def _layers(names: Sequence[str]) -> dict[str, dict[str, int]]:
-    """Return the channels of each layer, "" for those in none, with their index; color by its first letter.
-
-    >>> _layers(["R", "Z", "diffuse.red"])
-    {'': {'R': 0, 'Z': 1}, 'diffuse': {'R': 2}}
-    """
-    layers: dict[str, dict[str, int]] = {}
-    for index, name in enumerate(names):
-        layer, _, channel = name.rpartition(".")
-        letter = _LETTERS.get(channel.upper(), channel.upper())
-        layers.setdefault(layer, {}).setdefault(letter, index)
-    return layers
-
-
-#: Channels as Nuke names them.
-_LETTERS = {"RED": "R", "GREEN": "G", "BLUE": "B", "ALPHA": "A"}
-
-
-def _color_of(channels: dict[str, int]) -> tuple[list[int], bool] | None:
-    """Return the indices of RGB, XYZ or gray and of alpha, and True if there is alpha.
-
-    >>> _color_of({"Z": 0, "R": 1, "G": 2, "B": 3, "A": 4}), _color_of({"U": 0, "V": 1})
-    (([1, 2, 3, 4], True), None)
-    """
-    has_alpha = "A" in channels
-    if "W" in channels:  # four numbers, such as motion to and from two frames
-        return None
-    for wanted in ("RGB", "XYZ", "Y"):
-        if channels.keys() >= set(wanted):
-            return [channels[letter] for letter in wanted + "A" * has_alpha], has_alpha
-    return None
-
-
-def _layer_names(names: Sequence[str]) -> list[str]:
-    """Return the names of layers, and of channels outside any layer.
-
-    >>> _layer_names(["R", "G", "B", "Z", "diffuse.R", "diffuse.G"])
-    ['Z', 'diffuse']
-    """
-    found = dict.fromkeys(name.rpartition(".")[0] or name for name in names)
-    return [name for name in found if name not in ("R", "G", "B", "A", "Y")]
+def _part(spec: oiio.ImageSpec) -> Part:
+    """Return a part's names; Cryptomatte's, in attributes cryptomatte/NUMBER/name, are of layers without color."""
+    cryptomattes = [str(entry.value) for entry in spec.extra_attribs if _CRYPTOMATTE_NAME.fullmatch(entry.name)]
+    layers = {name.rpartition(".")[0] for name in spec.channelnames}
+    # Two digits are added to the name: the rank of the objects.
+    ranked = {layer for layer in layers if layer[:-2] in cryptomattes}
+    name, view = (str(_attribute(spec, key, "")) for key in ("oiio:subimagename", "view"))
+    return Part(name, spec.channelnames, view, {*cryptomattes, *ranked})
 
 
 def _attribute(spec: oiio.ImageSpec, name: str, default: Any) -> Any:

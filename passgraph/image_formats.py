@@ -112,12 +112,16 @@ class Metadata:
     opaque : True if the file has no alpha
     deep : True if it holds 16-bit integers
     space : the color space that the file states, by its Color Interop ID or as OpenImageIO names it; "" if none
+    additive : True if color where alpha is 0 is light that is added: color is stored multiplied by alpha
+    numbers : True if pixels are four numbers, not color with alpha
     """
 
     entries: tuple[tuple[str, str, Any], ...] = ()
     opaque: bool = False
     deep: bool = False
     space: str = ""
+    additive: bool = False
+    numbers: bool = False
 
     def get(self, name: str) -> Any:
         """Return the value of an entry, or None."""

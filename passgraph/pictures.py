@@ -47,7 +47,12 @@ _LOG = ("kodaklog", "cineon", "adx10")
 
 
 def load(
-    path: str | os.PathLike[str], *, layer: str | None = None, max_bytes: int = MAX_BYTES, linear: bool = False
+    path: str | os.PathLike[str],
+    *,
+    layer: str | None = None,
+    max_bytes: int = MAX_BYTES,
+    linear: bool = False,
+    raw: bool = False,
 ) -> Picture:
     """Load a picture file. The format is detected from its content, not from its name.
 
@@ -61,6 +66,7 @@ def load(
     max_bytes : memory limit, checked against the header before anything is allocated: 16 bytes per pixel for the
         result, the decoder's memory (1 to 48 bytes per pixel), and the file itself.
     linear : decode the colors (not alpha) of integer formats from sRGB to linear light.
+    raw : do not divide associated colors by alpha. Layers without color, such as Cryptomatte's, are never divided.
 
     Returns
     -------
@@ -87,7 +93,8 @@ def load(
         arguments.string(layer, f"{file}: layer")
     max_bytes = arguments.whole_number(max_bytes, f"{file}: max_bytes", 1, MOST_BYTES, InputError)
     arguments.flag(linear, f"{file}: linear", InputError)
-    picture, encoding = _load(file, None, layer or named_layer, max_bytes, as_stored=False)
+    arguments.flag(raw, f"{file}: raw", InputError)
+    picture, encoding = _load(file, None, layer or named_layer, max_bytes, as_stored=False, raw=raw)
     if linear and encoding is not None:
         if encoding.lower() in _LOG:
             raise InputError(f"{file}: is encoded as {encoding}, not sRGB; load it without linear=True")
@@ -175,7 +182,7 @@ def scaled(values: Stored) -> Picture:
 
 
 def _load(
-    file: Path, data: bytes | None, layer: str | None, max_bytes: int, *, as_stored: bool
+    file: Path, data: bytes | None, layer: str | None, max_bytes: int, *, as_stored: bool, raw: bool = False
 ) -> tuple[Stored, str | None]:
     """Return the picture and the encoding: of integers a name or "" if not given, of floats None."""
     if data is None:
@@ -198,7 +205,7 @@ def _load(
             check_size(file, image.width, image.height, image.held + size, max_bytes)
             check_size(file, *image.data_size, image.held + size, max_bytes)
             pixels = image.read()
-            if image.is_associated:
+            if image.is_associated and not raw:
                 pixels = straight(pixels)
             rgba = _as_rgba(upright(pixels, image.orientation), image.has_alpha, as_stored)
             return rgba, None if pixels.dtype.kind == "f" else image.encoding
@@ -272,6 +279,7 @@ def save(
     like: str | os.PathLike[str] | Metadata | None = None,
     bits: int | None = None,
     color: ColorSpace | Recoded | str | None = None,
+    raw: bool = False,
 ) -> None:
     """Save a picture file atomically: an existing file stays until the new one is complete.
 
@@ -286,12 +294,13 @@ def save(
     like : a picture file to copy metadata from, as far as the format supports it: color tags, resolution,
         EXIF, time code; not size, orientation and thumbnail. If that file has no alpha and the picture is opaque, none
         is stored. If that file has 16 bits, floats are stored in 16 bits if the format supports it; else a warning is
-        given.
+        given. Between OpenEXR files color stays where alpha is 0: it is light that is added.
     bits : 8 or 16 for integers; 16 or 32 for floats, also in TIFF and JPEG XL (32). The default is the array's own for
         uint8, uint16 and float16, if the format supports it.
     color : the color space of the picture, for color tags: a Color Interop ID such as ``"lin_ap1_scene"``, or "" for
         no tags. By default the tags of ``like``, which are wrong for a picture that was converted. A warning is given
         for a format that cannot state it.
+    raw : store numbers as they are: OpenEXR does not get color times alpha. With ``load(raw=True)`` every bit is kept.
 
     Raises
     ------
@@ -306,6 +315,7 @@ def save(
     """
     file = arguments.path(path, "where a picture is saved")
     arguments.flag(linear, f"{file}: linear", InputError)
+    arguments.flag(raw, f"{file}: raw", InputError)
     kind = format_of_suffix(file)
     pixels = _checked(file, picture)
     metadata = _metadata(like)
@@ -317,13 +327,17 @@ def save(
         else:
             warnings.warn(f"{file}: {fewer_bits(kind)}", stacklevel=2)
     dtype = _stored_dtype(file, pixels, kind, bits)
-    values = _converted(file, pixels, dtype, linear)
+    is_multiplied = kind.associated and not raw and not metadata.numbers and pixels.shape[2] in (2, 4)
+    # Straight color of half floats may be beyond their range, where alpha is small.
+    values = _converted(file, pixels, np.dtype(np.float32) if is_multiplied else dtype, linear)
     values = metadata.stored_channels(_fitting_channels(file, values, kind))
     if kind.name == "npy":
         _write(file, lambda temporary: _write_npy(temporary, values))
     else:
-        if kind.associated and values.shape[2] in (2, 4):
-            values = associated(values)
+        if is_multiplied:
+            with np.errstate(over="ignore"):  # values beyond the type's range become infinite, as in a float target
+                has_alpha = values.shape[2] in (2, 4)
+                values = (associated(values, additive=metadata.additive) if has_alpha else values).astype(dtype)
         _write(file, lambda temporary: write_image(file, temporary, values, kind, metadata))
 
 

@@ -14,7 +14,17 @@ from PIL import Image
 import passgraph as pg
 from passgraph.pictures import load_stored, metadata_of
 from tests.picture_files import refused
-from tests.tiff_files import ASSOCIATED, BLACK_IS_ZERO, CMYK, PALETTE, RGB, UNASSOCIATED, WHITE_IS_ZERO, tiff
+from tests.tiff_files import (
+    ASSOCIATED,
+    BLACK_IS_ZERO,
+    CMYK,
+    PALETTE,
+    RGB,
+    UNASSOCIATED,
+    UNSPECIFIED,
+    WHITE_IS_ZERO,
+    tiff,
+)  # fmt: skip
 
 rng = np.random.default_rng(3)
 WIDTH = 21
@@ -295,3 +305,33 @@ def test_alpha_of_zero_that_tga_does_not_declare(tmp_path: Path, declared: int, 
     pixels = rng.integers(0, 256, (5, 7, 4), dtype=np.uint8)
     pixels[..., 3] = 0
     assert (load_stored(written(tmp_path, "a.tga", tga(pixels, declared)))[..., 3] == alpha).all()
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+@pytest.mark.parametrize("samples", [1, 2, 3, 4, 5])
+def test_files_and_tiles_choose_the_same_samples(tmp_path: Path, samples: int, layout: str) -> None:
+    """Whatever the tag ExtraSamples says; near infrared, for example, is no alpha."""
+    pytest.importorskip("tifffile")
+    from passgraph.tiles.tiff import TiffSource
+
+    photometric, colors = (RGB, 3) if samples > 2 else (BLACK_IS_ZERO, 1)
+    meanings = [
+        extra
+        for count in range(samples - colors + 1)
+        for extra in itertools.product((UNSPECIFIED, ASSOCIATED, UNASSOCIATED), repeat=count)
+        if count in (0, samples - colors) and extra != (ASSOCIATED, UNASSOCIATED)  # which of two, no tag says
+    ]
+    for extra, planar in itertools.product(meanings, (False, True)):
+        values = numbers((18, WIDTH, samples), 8)
+        data = tiff(values, 8, photometric, extra=extra, planar=planar, **LAYOUTS[layout])  # type: ignore[arg-type]
+        path = written(tmp_path, "a.tif", data)
+        whole = load_stored(path)
+        source = TiffSource(path, "frame")
+        part = source.read((0, 18, 0, WIDTH))
+        source.close()
+        if samples == 2:
+            assert np.array_equal(part[..., 0], whole[..., 0])
+            assert np.array_equal(part[..., 1], whole[..., 3 if any(extra) else 1])
+        else:
+            assert np.array_equal(part, whole[..., : part.shape[2]]), (extra, planar)
+            assert part.shape[2] == 4 or (whole[..., 3] == 255).all(), (extra, planar)

@@ -24,6 +24,13 @@ def premultiply(color: Image) -> vec4:
 
 
 @pg.kernel
+def premultiply_additive(color: Image) -> vec4:
+    """Multiply color by alpha; where alpha is 0 color stays, as light that is added."""
+    c = color[0, 0]
+    return vec4(c.rgb * c.a if c.a != 0.0 else c.rgb, c.a)
+
+
+@pg.kernel
 def unpremultiply(color: Image) -> vec4:
     """Divide color by alpha; where alpha is 0 color stays."""
     c = color[0, 0]
@@ -42,7 +49,9 @@ def with_alpha(color: Image, original: Image) -> vec4:
     return vec4(color[0, 0].rgb, original[0, 0].a)
 
 
-def on_straight_alpha(effect: Callable[..., pg.Target], alpha: Alpha | None = None) -> Callable[..., pg.Target]:
+def on_straight_alpha(
+    effect: Callable[..., pg.Target], alpha: Alpha | None = None, *, additive: bool = False
+) -> Callable[..., pg.Target]:
     """Return ``effect`` for pictures with straight alpha, as `passgraph.load` and `passgraph.save` have them.
 
     Parameters
@@ -52,6 +61,8 @@ def on_straight_alpha(effect: Callable[..., pg.Target], alpha: Alpha | None = No
         "premultiplied": color is multiplied by alpha before the effect and divided after it, in all its input pictures
         except depth. "straight": the effect itself. "ignored": the effect gets alpha 1, the result has the first
         picture's alpha
+    additive : color of the first picture, where its alpha is 0, is light that is added (fire, glints), as in OpenEXR
+        files; else it is invisible, and lost
 
     Returns
     -------
@@ -77,14 +88,15 @@ def on_straight_alpha(effect: Callable[..., pg.Target], alpha: Alpha | None = No
     if mode == "straight":
         return effect
     before = premultiply if mode == "premultiplied" else opaque
+    before_first = premultiply_additive if additive and mode == "premultiplied" else before
     takes_into = "into" in signature(effect).parameters
 
-    def converted(picture: pg.Target) -> pg.Target:
+    def converted(picture: pg.Target, before: Any = before) -> pg.Target:
         into = pg.target(f"{picture.name}_{before.name}", "rgba32f", like=picture)
         return before(picture, into=into).border(picture.border_rule).filter(picture.filter_rule)
 
     def wrapper(color: pg.Target, *taken: Any, into: pg.TargetSpec | None = None, **given: Any) -> pg.Target:
-        inner = converted(color)
+        inner = converted(color, before_first)
         given = {name: converted(one) if isinstance(one, pg.Target) else one for name, one in given.items()}
         result = effect(inner, *taken, **given)
         if result is inner:

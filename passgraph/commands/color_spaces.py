@@ -58,12 +58,20 @@ def take_color_spaces(effect: Effect, inputs: tuple[str, ...], output: str, opti
     if source is None and result is None:
         if config is not None:
             raise InputError("--color-config goes with --from-space or --to-space")
-        return with_straight_alpha(effect, alpha, options["linear"] and not _holds_floats(output, inputs))
+        encoded = options["linear"] and not _holds_floats(output, inputs)
+        return with_straight_alpha(effect, alpha, encoded, additive=_is_additive(inputs))
     if source is None:
         file, layer = split_layer(Path(inputs[0]))
         source = LINEAR if file.suffix.lower() in FLOAT_SUFFIXES or layer == HDR else ENCODED
     options["linear"] = False
-    return _converted(effect, alpha, source=source, result=result or source, config=config)
+    return _converted(
+        effect, alpha, source=source, result=result or source, config=config, additive=_is_additive(inputs)
+    )
+
+
+def _is_additive(inputs: tuple[str, ...]) -> bool:
+    """Return True if color where alpha is 0 is light that is added: in OpenEXR files."""
+    return bool(inputs) and all(split_layer(Path(path))[0].suffix.lower() == ".exr" for path in inputs)
 
 
 def space_of_results(
@@ -76,15 +84,20 @@ def space_of_results(
     space = effect.result_space(parameters)
     if space is not None or not linear or not inputs:
         return space
-    source, _ = split_layer(Path(inputs[0]))
-    was_light, is_light = source.suffix.lower() in FLOAT_SUFFIXES, _holds_floats(output, inputs)
+    source, layer = split_layer(Path(inputs[0]))
+    was_light = source.suffix.lower() in FLOAT_SUFFIXES or layer == HDR
+    is_light = _holds_floats(output, inputs)
     return None if was_light == is_light else Recoded("lin" if is_light else "srgb")
 
 
-def with_straight_alpha(effect: Effect, alpha: Alpha, encoded: bool) -> Effect:
-    """Return the effect with straight alpha outside; if ``encoded``, its result is encoded as sRGB."""
+def with_straight_alpha(effect: Effect, alpha: Alpha, encoded: bool, *, additive: bool = False) -> Effect:
+    """Return the effect with straight alpha outside; if ``encoded``, its result is encoded as sRGB.
+
+    ``additive``: color where alpha is 0 is light that is added.
+    """
     encoded = encoded and not effect.encodes
-    return _converted(effect, alpha, encoded=encoded) if encoded or alpha != "straight" else effect
+    is_as_it_is = not encoded and alpha == "straight"
+    return effect if is_as_it_is else _converted(effect, alpha, encoded=encoded, additive=additive)
 
 
 def _holds_floats(output: str, inputs: tuple[str, ...]) -> bool:
@@ -105,7 +118,7 @@ class ConvertedEffect(Effect):
     """An effect with conversions from color space ``source`` and to ``result``, with straight alpha outside.
 
     With color spaces the effect gets scene-linear light, and alpha as in ``effect_alpha``. ``encoded``: the result is
-    encoded as sRGB.
+    encoded as sRGB. ``additive``: color where alpha is 0 is light that is added.
     """
 
     effect: Effect
@@ -114,6 +127,7 @@ class ConvertedEffect(Effect):
     result: str | None = None
     config: str | None = None
     encoded: bool = False
+    additive: bool = False
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -149,7 +163,7 @@ class ConvertedEffect(Effect):
                 raise InputError(f"{self.name}: makes several pictures; leave out --alpha, --from-space and --to-space")
             return result
 
-        on_straight = on_straight_alpha(one_target, self.effect_alpha)
+        on_straight = on_straight_alpha(one_target, self.effect_alpha, additive=self.additive)
         if self.encoded:
             from passgraph.effects.pictures.decoded import encoded
 

@@ -30,7 +30,9 @@ class ExrSource(Source):
             self._image: ImageFile = opened.enter_context(opened_image(file, layer=layer))
             image = self._image
             self.shape = checked_shape((image.height, image.width, image.channels), self.name)
-            self.dtype, self.is_grey = image.dtype, image.channels == 1
+            # Divided by alpha, half floats become float32.
+            self.dtype = np.dtype(np.float32) if image.is_associated else image.dtype
+            self.is_grey = image.channels == 1
             spec = image.spec
             compression = str(spec.getattribute("compression") or "").partition(":")[0]
             strip = _ROWS_OF_STRIPS.get(compression, 1), spec.width
@@ -43,7 +45,7 @@ class ExrSource(Source):
         """Return a part of the display window; pixels outside the data window are 0."""
         image, spec = self._image, self._image.spec
         top, bottom, left, right = part
-        pixels = np.zeros((bottom - top, right - left, self.shape[2]), self.dtype)
+        pixels = np.zeros((bottom - top, right - left, self.shape[2]), image.dtype)
         # In the file's coordinates, cut at the data window.
         y0, y1 = max(top + spec.full_y, spec.y), min(bottom + spec.full_y, spec.y + spec.height)
         x0, x1 = max(left + spec.full_x, spec.x), min(right + spec.full_x, spec.x + spec.width)
@@ -58,7 +60,7 @@ class ExrSource(Source):
         y0, y1 = _whole_blocks(part[:2], spec.y, spec.height, spec.tile_height or 1)
         x0, x1 = _whole_blocks(part[2:], spec.x, spec.width, spec.tile_width or spec.width)
         first, last = min(image.order), max(image.order) + 1
-        kind = "half" if self.dtype.itemsize == 2 else "float"
+        kind = "half" if image.dtype.itemsize == 2 else "float"
         if spec.tile_width:
             read: Any = image.input.read_tiles(image.subimage, 0, x0, x1, y0, y1, 0, 1, first, last, kind)
         else:
@@ -101,10 +103,13 @@ class ExrSink:
         spec = oiio.ImageSpec(width, height, channels, "half" if dtype.itemsize == 2 else "float")
         if channels == 2:
             spec.channelnames, spec.alpha_channel = ("Y", "A"), 1
+        metadata = metadata or Metadata()
+        self._is_additive = metadata.additive
+        self._is_multiplied = channels in (2, 4) and not metadata.numbers
         spec.tile_width = spec.tile_height = TILE
         for name, value in (*WRITABLE[".exr"].attributes, ("openexr:lineOrder", "randomY")):
             spec.attribute(name, value)
-        for name, type_, value in (metadata or Metadata()).attributes_for("openexr"):
+        for name, type_, value in metadata.attributes_for("openexr"):
             spec.attribute(name, type_, value)
         path.touch(exist_ok=False)  # raises OSError if the path cannot be written
         output: Any = oiio.ImageOutput.create("openexr")
@@ -123,8 +128,10 @@ class ExrSink:
         """Write a part, piece by piece; no pixel may be written twice."""
         for piece in pieces(part, self.block):
             numbers = picture(piece)
-            if self.shape[2] in (2, 4):
-                numbers = associated(numbers)
+            if self._is_multiplied:
+                numbers = associated(numbers, additive=self._is_additive)
+            with np.errstate(over="ignore"):  # beyond half floats is infinite
+                numbers = numbers.astype(self.dtype, copy=False)
             for row, column in touched(piece, self.block):
                 self._add(row, column, (piece[0], piece[2]), numbers)
 

@@ -141,7 +141,10 @@ class FileSink(Sink):
     ) -> None:
         place_of(path, is_folder=kind == "Zarr")  # raises InputError before anything is computed
         self.path = path
-        self.shape, self.dtype, self.what, self._kind = shape, dtype, f"{what} ({path})", kind
+        self.shape, self.what, self._kind = shape, f"{what} ({path})", kind
+        self._stored_dtype = dtype
+        # OpenEXR multiplies by alpha before it rounds to half floats, beyond which straight color may be.
+        self.dtype = np.dtype(np.float32) if kind == "OpenEXR" and shape[2] in (2, 4) else dtype
         blocks = {"TIFF": tiff.TiffSink.block, "OpenEXR": exr.ExrSink.block}
         self.block = blocks.get(kind, (min(CHUNK, shape[0]), min(CHUNK, shape[1])))
         self.cost = exr.ExrSink.cost(shape, dtype) if kind == "OpenEXR" else 0
@@ -162,7 +165,7 @@ class FileSink(Sink):
                 stored = channels - 1 if self._notes.opaque and channels == 4 else channels
                 self._inner = tiff.TiffSink(self._new_file.temporary, (height, width, stored), self.dtype, self._notes)
             elif self._kind == "OpenEXR":
-                self._inner = exr.ExrSink(self._new_file.temporary, self.shape, self.dtype, self._notes)
+                self._inner = exr.ExrSink(self._new_file.temporary, self.shape, self._stored_dtype, self._notes)
             else:
                 array = self._package.create_array(
                     store=str(self._new_file.temporary), shape=self.shape, dtype=self.dtype,

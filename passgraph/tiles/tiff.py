@@ -21,11 +21,29 @@ from passgraph.tiles.grid import Convert, Numbers, Part, Source, checked_dtype, 
 #: Sides of the tiles that are written, in pixels, as readers of large pictures expect; the format requires a multiple
 #: of 16 (TIFF 6.0, section 15).
 TILE = 256
+#: Meanings of extra samples.
+_ASSOCIATED, _UNASSOCIATED = 1, 2
 
 
 def opaque(dtype: np.dtype[Any]) -> Any:
     """Return the number for alpha 1 in a dtype."""
     return np.iinfo(dtype).max if dtype.kind == "u" else 1
+
+
+def _channels(page: Any) -> tuple[list[int], bool]:
+    """Return the samples that are read, and True if the last is alpha by which color is multiplied.
+
+    As of OpenImageIO: samples without a meaning are left out, but for the second of two, which are data. Without the
+    tag ExtraSamples the first four are RGBA, with color multiplied by alpha.
+    """
+    samples, meanings = page.samplesperpixel, [int(meaning) for meaning in page.extrasamples]
+    if samples < 3:
+        return list(range(samples)), meanings[:1] == [_ASSOCIATED]
+    if not meanings:
+        return list(range(min(samples, 4))), samples >= 4
+    alphas = [3 + index for index, meaning in enumerate(meanings) if meaning in (_ASSOCIATED, _UNASSOCIATED)]
+    alphas = [alpha for alpha in alphas if alpha < samples][:1]
+    return [0, 1, 2, *alphas], bool(alphas) and meanings[alphas[0] - 3] == _ASSOCIATED
 
 
 class TiffSource(Source):
@@ -42,14 +60,15 @@ class TiffSource(Source):
                 raise InputError(f"{self.name}: is no TIFF file that can be read ({error}); make it again") from error
             self._check(page)
             self._planar = page.planarconfig == 2 and page.samplesperpixel > 1
-            height, width, channels = page.imagelength, page.imagewidth, page.samplesperpixel
-            self.shape = checked_shape((height, width, channels), self.name)
-            self.dtype = checked_dtype(page.dtype, self.name)
-            self.is_grey = channels == 1
+            height, width = page.imagelength, page.imagewidth
+            self._order, self._is_associated = _channels(page)
+            self.shape = checked_shape((height, width, len(self._order)), self.name)
+            self._dtype = checked_dtype(page.dtype, self.name)
+            # Divided by alpha, half floats become float32.
+            is_half = self._dtype.kind == "f" and self._dtype.itemsize == 2
+            self.dtype = np.dtype(np.float32) if self._is_associated and is_half else self._dtype
+            self.is_grey = len(self._order) == 1
             self._plain = self._begin(page)
-            meanings = [int(sample) for sample in page.extrasamples]
-            # Without the tag four channels are RGBA, with color multiplied by alpha, as for OpenImageIO.
-            self._is_associated = channels in (2, 4) and meanings[:1] in ([1], [] if channels == 4 else [1])
             stored = (page.tilelength, page.tilewidth) if page.is_tiled else (min(page.rowsperstrip, height), width)
             # Any part of uncompressed rows can be read.
             self.block = (1, 1) if self._plain is not None else stored
@@ -78,6 +97,7 @@ class TiffSource(Source):
     def read(self, part: Part) -> Numbers:
         try:
             pixels = self._rows(part) if self._plain is not None else self._segments(part)
+            pixels = pixels if len(self._order) == pixels.shape[2] else pixels[..., self._order]
             return straight(pixels) if self._is_associated else pixels
         except InputError:
             raise
@@ -92,9 +112,9 @@ class TiffSource(Source):
 
     def _rows(self, part: Part) -> Numbers:
         top, bottom, left, right = part
-        width, channels = self.shape[1:]
-        rows = np.empty((bottom - top, right - left, channels), self.dtype.newbyteorder(self._tiff.byteorder))
-        bytes_, pixel = rows.view(np.uint8).reshape(bottom - top, -1), channels * self.dtype.itemsize
+        width, channels = self.shape[1], self._page.samplesperpixel
+        rows = np.empty((bottom - top, right - left, channels), self._dtype.newbyteorder(self._tiff.byteorder))
+        bytes_, pixel = rows.view(np.uint8).reshape(bottom - top, -1), channels * self._dtype.itemsize
         assert self._plain is not None
         if right - left == width:
             self._fill(self._plain + top * width * pixel, bytes_.reshape(-1))
@@ -113,9 +133,10 @@ class TiffSource(Source):
         """Read a part from the blocks that overlap it."""
         top, bottom, left, right = part
         rows, columns = self.block
-        pixels = np.zeros((bottom - top, right - left, self.shape[2]), self.dtype)
+        samples = self._page.samplesperpixel
+        pixels = np.zeros((bottom - top, right - left, samples), self._dtype)
         across, down = ceil(self.shape[1] / columns), ceil(self.shape[0] / rows)
-        for plane in range(self.shape[2] if self._planar else 1):
+        for plane in range(samples if self._planar else 1):
             for row, column in touched(part, self.block):
                 self._decode(plane * across * down + row * across + column, (top, left), pixels)
         return pixels
