@@ -1,15 +1,12 @@
-"""Read and write image files with OpenImageIO: pixels as stored, layers, alpha association and metadata.
+"""Read image files with OpenImageIO: pixels as stored, layers, alpha association and metadata.
 
-`passgraph.pictures` is the public interface. Only this module uses OpenImageIO.
+`passgraph.pictures` is the public interface.
 """
 
 from __future__ import annotations
 
-import errno
 import os
 import re
-import shutil
-import tempfile
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -23,9 +20,10 @@ import numpy as np
 from passgraph.color_tags import LINEAR, SRGB
 from passgraph.errors import InputError
 from passgraph.gain_map import HDR, GainMapFile, base_picture, declares_gain_map, gain_map_of
-from passgraph.image_formats import EXPECTED, READABLE, Metadata, Pixels, WritableFormat
+from passgraph.image_formats import EXPECTED, READABLE, Metadata, Pixels
 from passgraph.image_layers import Part, find_channels
 from passgraph.misread import mending_of
+from passgraph.writing import temporary_folder
 
 if TYPE_CHECKING:
     import OpenImageIO as oiio
@@ -86,7 +84,7 @@ def name_of(file: Path, data: bytes | None = None) -> Iterator[str]:
     if writable:
         yield text
         return
-    with tempfile.TemporaryDirectory(prefix="passgraph-") as folder:
+    with temporary_folder() as folder:
         # No suffix: OpenImageIO detects the format from the content.
         other = os.path.join(folder, "picture")
         if data is None:
@@ -401,44 +399,6 @@ def opened_image(
             yield image
         finally:
             image.close()
-
-
-def write_image(file: Path, to: Path, pixels: Pixels, kind: WritableFormat, metadata: Metadata) -> None:
-    """Write pixels with a dtype and channel count that the format supports; ``file`` is the name in messages.
-
-    Raises
-    ------
-    InputError : the format cannot store them.
-    OSError : the path cannot be written.
-    """
-    import OpenImageIO as oiio
-
-    height, width, channels = pixels.shape
-    names = {"uint8": "uint8", "uint16": "uint16", "float16": "half", "float32": "float"}
-    spec = oiio.ImageSpec(width, height, channels, names[pixels.dtype.name])
-    if channels == 2:
-        spec.channelnames, spec.alpha_channel = ("Y", "A"), 1
-    if not kind.associated:
-        spec.attribute("oiio:UnassociatedAlpha", 1)
-    for name, value in kind.attributes:
-        spec.attribute(name, value)
-    for name, type_, value in metadata.attributes_for(kind.writer):
-        spec.attribute(name, type_, value)
-    if max(width, height) > kind.largest:
-        raise InputError(f"{file}: {kind.name} cannot hold {width}×{height} pixels; save as .png or .exr")
-    to.touch(exist_ok=False)  # raises OSError if the path cannot be written
-    with name_of(to) as name:
-        output = oiio.ImageOutput.create(kind.writer)
-        done = output is not None and output.open(name, spec) and output.write_image(np.ascontiguousarray(pixels))
-        problem = oiio.geterror() if output is None else output.geterror()
-        if output is not None:
-            done = output.close() and done
-            problem = problem or output.geterror()
-    if not done:
-        if shutil.disk_usage(to.parent).free < pixels.nbytes:  # OpenImageIO gives no error number
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), os.fspath(file))
-        reason = f"{kind.name} cannot hold {width}×{height}×{channels} {pixels.dtype} ({_one_line(problem)})"
-        raise InputError(f"{file}: {reason}; save as .png or .exr")
 
 
 def straight(pixels: Pixels) -> Pixels:

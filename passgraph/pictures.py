@@ -11,7 +11,6 @@ from __future__ import annotations
 import io
 import os
 import re
-import tempfile
 import warnings
 from collections.abc import Callable
 from math import prod
@@ -24,8 +23,9 @@ from numpy.typing import NDArray
 from passgraph import arguments
 from passgraph.color_tags import ColorSpace, Recoded
 from passgraph.errors import InputError, reason
-from passgraph.image_files import MAX_BYTES, associated, opened_image, straight, upright, write_image
+from passgraph.image_files import MAX_BYTES, associated, opened_image, straight, upright
 from passgraph.image_formats import WRITABLE, Metadata, WritableFormat, unstated
+from passgraph.image_writing import encoded_image, write_image
 from passgraph.quantise import check_no_nan, quantised
 from passgraph.reading import check_regular, read_bytes
 from passgraph.srgb import linear_to_srgb, srgb_to_linear
@@ -281,7 +281,9 @@ def save(
     color: ColorSpace | Recoded | str | None = None,
     raw: bool = False,
 ) -> None:
-    """Save a picture file atomically: an existing file stays until the new one is complete.
+    """Save a picture file atomically: an existing file stays until the new one is complete on the disk.
+
+    The encoded file is held in memory; it has at most 1.3 times the bytes of the stored pixels.
 
     Parameters
     ----------
@@ -375,10 +377,8 @@ def viewable(picture: Picture) -> tuple[Picture, str]:
 
 def encode_png(file: Path, pixels: Stored) -> bytes:
     """Return uint8 or uint16 pixels as PNG bytes; ``file`` is the name in messages."""
-    with tempfile.TemporaryDirectory(prefix="passgraph-") as folder:
-        temporary_file = Path(folder) / "a.png"
-        write_image(file, temporary_file, pixels, WRITABLE[".png"], Metadata())
-        return temporary_file.read_bytes()
+    with encoded_image(file, pixels, WRITABLE[".png"], Metadata()) as content:
+        return content.read()
 
 
 def format_of_suffix(file: Path) -> WritableFormat:
@@ -494,17 +494,14 @@ def _checked(file: Path, picture: object) -> NDArray[Any]:
 
 
 def _write_npy(temporary: Path, values: Stored) -> None:
+    """Write a C-contiguous array; `numpy.save` (2.4) ignores that the last bytes of a file cannot be written."""
     with temporary.open("xb") as stream:
-        np.save(stream, values, allow_pickle=False)
+        np.lib.format.write_array_header_1_0(stream, np.lib.format.header_data_from_array_1_0(values))
+        stream.write(values.data)
 
 
 def _write(file: Path, write_to: Callable[[Path], None]) -> None:
     """Write a file under a temporary name in the same folder, then rename it in one step."""
-    try:
-        with NewFile(file) as new_file:
-            write_to(new_file.temporary)
-            new_file.complete()
-    except (OSError, ValueError) as error:
-        raise InputError(
-            f"{file}: cannot be written ({reason(error)}); check the folder's permissions and free space"
-        ) from error
+    with NewFile(file) as new_file:
+        write_to(new_file.temporary)
+        new_file.complete()

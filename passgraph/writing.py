@@ -1,5 +1,8 @@
 """Output files: written under a temporary name, renamed when complete, removed if the work fails.
 
+Every writer uses `NewFile`.  It covers what happens to the file, so a writer must only see to it that each failed write
+raises OSError: Python's own streams do, some libraries do not (:mod:`.image_writing`).
+
 Only regular files are replaced.  A device, FIFO or socket is never replaced, not even through a symbolic link.
 
 A temporary name contains the machine and the process: `.passgraph-MACHINE-PID-RANDOM`.  A process that is killed leaves
@@ -14,15 +17,17 @@ import re
 import secrets
 import shutil
 import stat
-from contextlib import suppress
+import tempfile
+from collections.abc import Mapping
+from contextlib import ExitStack, suppress
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
 
 from passgraph.arguments import shown
-from passgraph.errors import InputError
+from passgraph.errors import InputError, reason
 
-_TEMPORARY = re.compile(r"\.passgraph-([0-9a-f]{8})-([0-9]{1,10})-[0-9a-f]{12}(\.\w+)?")
+_TEMPORARY = re.compile(r"\.passgraph-([0-9a-f]{8})-([0-9]{1,10})-[0-9a-z_]{8,12}(\.\w+)?")
 #: Temporary files of this process.
 _unfinished: set[Path] = set()
 #: Folders that were already swept.
@@ -32,30 +37,46 @@ _swept: set[Path] = set()
 class NewFile:
     """A file (or a folder, if ``is_folder``) that is written as ``temporary`` and renamed by `complete`.
 
-    As a context manager it discards the file at the end unless it was completed.
+    As a context manager it discards the file at the end unless it was completed, and names it in errors of the system.
 
     Raises
     ------
     InputError
-        As :func:`place_of`.
+        As :func:`place_of`; and in the context manager for an OSError.
     """
 
     def __init__(self, file: str | os.PathLike[str], *, is_folder: bool = False) -> None:
         self._file, self._is_folder = Path(file), is_folder
         self.target = place_of(self._file, is_folder=is_folder)
         _sweep(self.target.parent)
-        name = f".passgraph-{_machine()}-{os.getpid()}-{secrets.token_hex(6)}{self.target.suffix}"
+        name = f"{_prefix()}{secrets.token_hex(6)}{self.target.suffix}"
         self.temporary = self.target.with_name(name)
         _unfinished.add(self.temporary)
 
     def __enter__(self) -> NewFile:
         return self
 
-    def __exit__(self, *error: object) -> None:
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
         self.discard()
+        if isinstance(error, OSError):
+            raise unwritable(self._file, error) from error
 
     def complete(self) -> None:
         """Rename it to its final name; raises OSError, and InputError if something else has taken the name."""
+        self.flush()
+        self.rename()
+
+    def flush(self) -> None:
+        """Wait until the disk has the content of a file, since some file systems only then report that it is full.
+
+        The files of a folder are left to their writer.
+        """
+        if not self._is_folder:
+            with self.temporary.open("r+b") as stream:
+                os.fsync(stream.fileno())
+
+    def rename(self) -> None:
+        """Do the second half of `complete`."""
         _check_kind(self._file, self.target, self._is_folder)
         if self._is_folder and self.target.is_dir():
             _replace_folder(self.temporary, self.target)
@@ -67,6 +88,11 @@ class NewFile:
         """Remove an incomplete file; idempotent."""
         _remove(self.temporary)
         _unfinished.discard(self.temporary)
+
+
+def unwritable(file: str | os.PathLike[str], error: Exception) -> InputError:
+    """Return the error for a file that cannot be written."""
+    return InputError(f"{file}: cannot be written ({reason(error)}); check the folder's permissions and free space")
 
 
 def place_of(file: Path, *, is_folder: bool = False) -> Path:
@@ -141,6 +167,32 @@ def write_text(path: Path, text: str) -> None:
         new_file.complete()
 
 
+def made_folder(folder: Path) -> Path:
+    """Return the path of a folder to write files into, which is created if it is missing; raises InputError."""
+    place = place_of(folder, is_folder=True)
+    try:
+        place.mkdir(exist_ok=True)
+    except OSError as error:
+        raise unwritable(folder, error) from error
+    return place
+
+
+def write_files(folder: Path, contents: Mapping[str, bytes]) -> None:
+    """Write the files of a folder; the last one describes the others, and is never seen beside those of another call.
+
+    All are on the disk before an old one is touched.  Then the old description is removed, and the new files are
+    renamed, the description last.
+    """
+    with ExitStack() as unfinished:
+        new_files = [unfinished.enter_context(NewFile(folder / name)) for name in contents]
+        for new_file, content in zip(new_files, contents.values(), strict=True):
+            new_file.temporary.write_bytes(content)
+            new_file.flush()
+        new_files[-1].target.unlink(missing_ok=True)
+        for new_file in new_files:
+            new_file.rename()
+
+
 def discard_unfinished() -> None:
     """Remove this process's temporary files; call this when it exits."""
     for path in list(_unfinished):
@@ -160,6 +212,7 @@ def _replace_folder(new_folder: Path, path: Path) -> None:
     """Replace a folder by another one.
 
     The old one is renamed first, to a name that is never swept: it is the only copy until the new one is in place.
+    Then it gets the name of the new one, so that it is swept later if it cannot be removed now.
     """
     old = path.with_name(f".passgraph-old-{secrets.token_hex(6)}{path.suffix}")
     os.rename(path, old)
@@ -168,7 +221,23 @@ def _replace_folder(new_folder: Path, path: Path) -> None:
     except BaseException:
         os.rename(old, path)
         raise
-    shutil.rmtree(old, ignore_errors=True)
+    os.rename(old, new_folder)
+    _remove(new_folder)
+
+
+def temporary_folder() -> tempfile.TemporaryDirectory[str]:
+    """Create a folder for temporary files; if this process is killed, a later one that calls this removes it."""
+    _sweep(Path(tempfile.gettempdir()))
+    return tempfile.TemporaryDirectory(prefix=_prefix())
+
+
+def is_temporary(name: str) -> bool:
+    """Return True for the name of a temporary file of any process."""
+    return _TEMPORARY.fullmatch(name) is not None
+
+
+def _prefix() -> str:
+    return f".passgraph-{_machine()}-{os.getpid()}-"
 
 
 @cache

@@ -12,48 +12,14 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 import passgraph as pg
 from passgraph import interrupts, writing
-from passgraph.bench.bench_report import Point, pareto_plot
-from passgraph.files.animation_sink import ToAnimation
-from passgraph.files.run import frames
-from passgraph.files.sequences import Arrays, ToPictures
-from passgraph.files.video_sink import ToVideo
 from passgraph.writing import NewFile, write_text
+from tests.writers import WRITERS, picture_of
 
-PICTURE = np.zeros((8, 8, 4), np.float32)
-
-
-def shown() -> pg.Program:
-    one = pg.kernel(source="def one(c: Image) -> vec4: return c[0, 0]")
-    return pg.compile(one(pg.Input("c")), "reference")
-
-
-def tiled(path: Path) -> None:
-    one = pg.kernel(source="def one(c: Image) -> vec4: return c[0, 0]")
-    pg.tiled(one(pg.Input("c")), {"c": PICTURE}, path)
-
-
-def sequence(path: Path) -> None:
-    for failed in frames(shown(), Arrays([PICTURE]), ToPictures({1: path})).failed:
-        raise pg.InputError(failed.reason)
-
-
-WRITERS: dict[str, Callable[[Path], object]] = {
-    "picture.png": lambda path: pg.save(path, PICTURE),
-    "picture.exr": lambda path: pg.save(path, PICTURE),
-    "picture.npy": lambda path: pg.save(path, PICTURE),
-    "frames.png": sequence,
-    "film.mp4": lambda path: frames(shown(), Arrays([PICTURE]), ToVideo(path)),
-    "film.gif": lambda path: frames(shown(), Arrays([PICTURE]), ToAnimation(path)),
-    "tiles.tif": tiled,
-    "tiles.zarr": tiled,
-    "report.json": lambda path: write_text(path, "{}"),
-    "chart.png": lambda path: pareto_plot([Point("a", "a", 1.0, 1.0), Point("b", "b", 2.0, 0.5)], "t", path, "error"),
-}
+PICTURE = picture_of(1)
 
 
 def make_fifo(path: Path) -> None:
@@ -80,7 +46,7 @@ def test_only_regular_files_are_replaced(tmp_path: Path, name: str, make: Callab
         (tmp_path / name).symlink_to(special)
     kind = stat.S_IFMT(special.lstat().st_mode)
     with pytest.raises(pg.InputError, match=r"is a device, a FIFO or a socket; expected the name of a file"):
-        WRITERS[name](tmp_path / name)
+        WRITERS[name](tmp_path / name, PICTURE)
     assert stat.S_IFMT(special.lstat().st_mode) == kind
     assert len(list(tmp_path.iterdir())) == 1 + linked
 
@@ -96,7 +62,7 @@ def test_devices_are_not_replaced(tmp_path: Path) -> None:
 def test_links_stay_links(tmp_path: Path, name: str) -> None:
     (tmp_path / "there").mkdir()
     (tmp_path / name).symlink_to(tmp_path / "there" / name)
-    WRITERS[name](tmp_path / name)
+    WRITERS[name](tmp_path / name, PICTURE)
     assert (tmp_path / name).is_symlink()
     assert [path.name for path in (tmp_path / "there").iterdir()] == [name]
 
@@ -110,7 +76,7 @@ def test_no_link_leads_out_of_a_folder_of_everyones(tmp_path: Path, name: str, w
     link = tmp_path / "open" / ("folder" if whole_folder else name)
     link.symlink_to(tmp_path / "mine" if whole_folder else tmp_path / "mine" / name)
     with pytest.raises(pg.InputError, match="is a symbolic link in a folder where every user may make one"):
-        WRITERS[name](link / name if whole_folder else link)
+        WRITERS[name](link / name if whole_folder else link, PICTURE)
     assert not list((tmp_path / "mine").iterdir())
     write_text(tmp_path / "open" / "plain.txt", "")
     (tmp_path / "open" / "inside").symlink_to("plain.txt")

@@ -108,11 +108,8 @@ def check_picture_path(path: Path) -> None:
 
 def check_path(path: Path) -> None:
     """Raise InputError if a file cannot be created; tries it with a temporary file."""
-    try:
-        with NewFile(path) as probe:
-            probe.temporary.touch(exist_ok=False)
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path}: cannot be written ({reason(error)}); check the folder's permissions") from error
+    with NewFile(path) as probe:
+        probe.temporary.touch(exist_ok=False)
 
 
 def check_no_video(*options: object) -> None:

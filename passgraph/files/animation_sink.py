@@ -91,18 +91,19 @@ class ToAnimation(Film):
                 "write a video, or give a higher --rate"
             )
         assert self._new_file is not None
-        with self._new_file.temporary.open("xb") as stream:
-            pictures[0].save(
-                stream,
-                self._format,
-                save_all=True,
-                append_images=pictures[1:],
-                optimize=False,
-                duration=[length * 1000 // units for length in lengths],
-                **self._repeats(),
-                **_disposal(pictures),
-            )
-        self._complete_file()
+        with self._new_file as new_file:
+            with new_file.temporary.open("xb") as stream:
+                pictures[0].save(
+                    stream,
+                    self._format,
+                    save_all=True,
+                    append_images=pictures[1:],
+                    optimize=False,
+                    duration=[length * 1000 // units for length in lengths],
+                    **self._repeats(),
+                    **_disposal(pictures),
+                )
+            self._complete_file()
 
     def _repeats(self) -> dict[str, int]:
         if self._format != "GIF":

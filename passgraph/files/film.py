@@ -88,7 +88,8 @@ class Film(Sink):
     def _complete_file(self) -> None:
         """Rename the temporary file, now complete, to the output's name."""
         assert self._new_file is not None
-        self._new_file.complete()
+        with self._new_file as new_file:
+            new_file.complete()
         self._new_file = None
 
     def abandon(self) -> None:

@@ -21,7 +21,7 @@ from passgraph.run.program import Program
 from passgraph.run.result import Results
 from passgraph.serialize import from_data, to_data
 from passgraph.serialize.reader import MOST_ARRAY_BYTES, MOST_PARTS, VALUE_TYPES, described
-from passgraph.writing import NewFile, place_of
+from passgraph.writing import made_folder, write_text
 
 if TYPE_CHECKING:
     from passgraph.backends.base import Backend
@@ -74,11 +74,8 @@ def export_program(
         "passgraph": "program", "version": VERSION, "size": list(chosen) if fixed or not has_open else None,
         "resizable": not fixed, "math": (options or Options()).math, "graph": graph,
     }  # fmt: skip
-    place = place_of(Path(folder), is_folder=True)
-    place.mkdir(exist_ok=True)
-    with NewFile(place / FILE) as new_file:
-        new_file.temporary.write_text(json.dumps(document, separators=(",", ":"), allow_nan=False), "utf-8")
-        new_file.complete()
+    place = made_folder(Path(folder))
+    write_text(place / FILE, json.dumps(document, separators=(",", ":"), allow_nan=False))
     return place / FILE
 
 

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import errno
 import os
 from contextlib import ExitStack
+from math import ceil
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
 from passgraph.image_files import ImageFile, associated, error_of, name_of, opened_image, paste, straight
 from passgraph.image_formats import WRITABLE, Metadata
+from passgraph.image_writing import check_system_error, created_output, image_spec
 from passgraph.pictures import split_layer
 from passgraph.tiles.grid import Convert, Numbers, Part, Source, checked_shape, pieces, touched
 
@@ -96,24 +99,16 @@ class ExrSink:
     def __init__(
         self, path: Path, shape: tuple[int, int, int], dtype: np.dtype[Any], metadata: Metadata | None = None
     ) -> None:
-        import OpenImageIO as oiio
-
-        self.shape, self.dtype = shape, dtype.newbyteorder("=")
-        height, width, channels = shape
-        spec = oiio.ImageSpec(width, height, channels, "half" if dtype.itemsize == 2 else "float")
-        if channels == 2:
-            spec.channelnames, spec.alpha_channel = ("Y", "A"), 1
+        self.shape, self.dtype, self._path = shape, dtype.newbyteorder("="), path
         metadata = metadata or Metadata()
         self._is_additive = metadata.additive
-        self._is_multiplied = channels in (2, 4) and not metadata.numbers
+        self._is_multiplied = shape[2] in (2, 4) and not metadata.numbers
+        spec = image_spec(shape, self.dtype, metadata, "openexr")
         spec.tile_width = spec.tile_height = TILE
         for name, value in (*WRITABLE[".exr"].attributes, ("openexr:lineOrder", "randomY")):
             spec.attribute(name, value)
-        for name, type_, value in metadata.attributes_for("openexr"):
-            spec.attribute(name, type_, value)
         path.touch(exist_ok=False)  # raises OSError if the path cannot be written
-        output: Any = oiio.ImageOutput.create("openexr")
-        self._output = output
+        self._output = created_output("openexr")
         with name_of(path) as name:
             self._check(self._output.open(name, spec))
         #: Incomplete tiles and their counts of missing pixels, by row and column.
@@ -149,10 +144,40 @@ class ExrSink:
 
     def finish(self) -> None:
         self._check(self._output.close())
+        height, width = self.shape[:2]
+        _check_complete(self._path, ceil(height / TILE) * ceil(width / TILE))
 
     def close(self) -> None:
         self._output.close()
 
     def _check(self, done: bool) -> None:
         if not done:
-            raise OSError(" ".join(self._output.geterror().split()) or os.strerror(5))
+            problem = " ".join(error_of(self._output).split())
+            check_system_error(problem, self._path)
+            raise OSError(problem or os.strerror(errno.EIO))
+
+
+def _check_complete(path: Path, tiles: int) -> None:
+    """Raise OSError if a file lacks the position of a tile, or ends before its last tile does.
+
+    OpenEXR 3.5 writes the positions, and what is still buffered, in a destructor, which cannot raise an error.  The
+    layout of a file of one part is, after 8 bytes: attributes, each a name, a type, a size and a value; a byte 0; the
+    positions of the tiles; and the tiles, each 20 bytes that end with a size, and data ("OpenEXR File Layout").
+    """
+    with path.open("rb") as file:
+        file.seek(8)
+        while _name_in(file):
+            _name_in(file)
+            file.seek(int.from_bytes(file.read(4), "little"), os.SEEK_CUR)
+        table = file.read(8 * tiles)
+        positions = np.frombuffer(table, "<u8") if len(table) == 8 * tiles else np.zeros(1, "<u8")
+        last = int(positions.max())
+        file.seek(last + 16)
+        end = last + 20 + int.from_bytes(file.read(4), "little")
+        if not positions.all() or file.seek(0, os.SEEK_END) < end:
+            raise OSError(errno.EIO, "the file is not complete on the disk", os.fspath(path))
+
+
+def _name_in(file: BinaryIO) -> bytes:
+    """Read a name, which ends with a byte 0."""
+    return b"".join(iter(lambda: file.read(1).strip(b"\0"), b""))

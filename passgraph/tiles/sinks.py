@@ -10,12 +10,12 @@ import numpy as np
 
 from passgraph import arguments
 from passgraph.backends.steps import numbers_of
-from passgraph.errors import InputError, reason
+from passgraph.errors import InputError
 from passgraph.formats import FORMATS, Format
 from passgraph.image_formats import Metadata
 from passgraph.tiles import exr, tiff
 from passgraph.tiles.grid import Convert, Numbers, Part, block_of, checked_dtype, checked_shape, imported, pieces
-from passgraph.writing import NewFile, place_of
+from passgraph.writing import NewFile, place_of, unwritable
 
 #: Kinds of files by suffix.
 _KINDS = {".tif": "TIFF", ".tiff": "TIFF", ".exr": "OpenEXR", ".zarr": "Zarr"}
@@ -207,9 +207,7 @@ class FileSink(Sink):
         self._inner = None
 
     def _failed(self, error: OSError) -> InputError:
-        return InputError(
-            f"{self.what}: cannot be written ({reason(error)}); check the folder's permissions and free space"
-        )
+        return unwritable(self.what, error)
 
     def abandon(self) -> None:
         if isinstance(self._inner, (tiff.TiffSink, exr.ExrSink)):

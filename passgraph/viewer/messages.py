@@ -22,6 +22,7 @@ from passgraph.viewer.display import CHANNELS, Look
 from passgraph.viewer.recording import SUFFIXES
 from passgraph.viewer.session import Published, Session, Settings
 from passgraph.viewer.subject import Subject
+from passgraph.writing import temporary_folder
 
 #: Largest message of a page, and largest uploaded file, in bytes.
 MAX_MESSAGE, MAX_UPLOAD = 1 << 16, 1 << 28
@@ -112,7 +113,7 @@ class Pages:
         self._news = asyncio.Event()
         #: Uploaded files in use: another input, a picture to compare with.
         self._put_files: dict[str, Path] = {}
-        self._folder = tempfile.TemporaryDirectory(prefix="passgraph-view-")
+        self._folder = temporary_folder()
         self.renew()
 
     def renew(self) -> None:

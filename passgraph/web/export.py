@@ -30,7 +30,7 @@ from passgraph.web.document import written_plan
 from passgraph.web.orbit import Orbit, PoseTable
 from passgraph.web.recorder import RecordingBackend
 from passgraph.web.size_rules import resizable_rules
-from passgraph.writing import NewFile, place_of
+from passgraph.writing import is_temporary, made_folder, write_files
 
 #: Files that every export has, copied from here.
 PAGE = Path(__file__).parent / "page"
@@ -245,23 +245,19 @@ def _files(plan: Plan, arrays: Mapping[str, NDArray[Any]], pictures: Mapping[str
 
 
 def _write(folder: Path, document: Mapping[str, Any], data: bytes, files: Mapping[str, bytes]) -> None:
-    """Write the folder; the document last, so that a page never reads a new one beside old data."""
-    place = place_of(folder, is_folder=True)
+    """Write the folder; a page never reads a document beside the data of another one."""
+    place = made_folder(folder)
     pages = {path.name: path.read_bytes() for path in sorted(PAGE.iterdir()) if path.is_file()}
-    if place.exists():
-        ours = {*pages, DOCUMENT, DATA, POSES, PROGRAM}
-        other = [p.name for p in place.iterdir() if p.name not in ours and not _PICTURE.match(p.name)]
-        if other:
-            raise InputError(
-                f"{folder}: has other files, such as {sorted(other)[0]!r}; expected a new folder, or one of an earlier "
-                "export. Give another one"
-            )
-    place.mkdir(exist_ok=True)
+    ours = {*pages, DOCUMENT, DATA, POSES, PROGRAM}
+    names = [path.name for path in place.iterdir() if not is_temporary(path.name)]
+    other = [name for name in names if name not in ours and not _PICTURE.match(name)]
+    if other:
+        raise InputError(
+            f"{folder}: has other files, such as {sorted(other)[0]!r}; expected a new folder, or one of an earlier "
+            "export. Give another one"
+        )
     text = json.dumps(document, separators=(",", ":"), allow_nan=False)
-    for name, content in {**pages, **files, DATA: data, DOCUMENT: text.encode()}.items():
-        with NewFile(place / name) as new_file:
-            new_file.temporary.write_bytes(content)
-            new_file.complete()
+    write_files(place, {**pages, **files, DATA: data, DOCUMENT: text.encode()})
 
 
 _PICTURE = re.compile(r"input\d+\.png")
