@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from functools import partial
 from itertools import chain
 
@@ -23,7 +23,7 @@ from passgraph.language.long_arrays import check_local
 from passgraph.language.signature import checked_struct
 from passgraph.language.source import Span, fail
 from passgraph.language.statements import Exit
-from passgraph.language.types import INT, Struct, Type
+from passgraph.language.types import INT, Struct, Type, part_count
 from passgraph.language.values import ImageValue, Part, constant, folded
 
 #: Length of ``gl_FragData``.
@@ -74,6 +74,7 @@ class Body:
             return binding.part
         if not binding.written:
             self.unit.note(span, f"{name} has no value here; it is 0, and drivers may give anything")
+        self.builder.count_expression(span, part_count(binding.variable.type) - 1)
         return read_variable(binding.variable, span)
 
     def output_element(self, node: g.Subscript) -> Slot | None:
@@ -98,8 +99,11 @@ class Body:
 
     def type_of(self, written: g.TypeName, span: Span, value: g.Expr | None = None) -> Type:
         """Return a declared type; an open length is taken from the initial value."""
-        type_ = self.unit.plain_type(written.name, span)
-        for length in reversed(written.lengths):
+        return self.array_of(self.unit.plain_type(written.name, span), written.lengths, span, value)
+
+    def array_of(self, type_: Type, lengths: Sequence[g.Expr | None], span: Span, value: g.Expr | None = None) -> Type:
+        """Return an array of a type, or the type itself without lengths."""
+        for length in reversed(lengths):
             if length is not None:
                 count: int | None = self.known_int(length, "the length of an array")
             else:

@@ -11,8 +11,9 @@ from passgraph.glsl import syntax as g
 from passgraph.glsl.function_calls import Calls
 from passgraph.glsl.operators import arithmetic, as_int, negated, plain, whole_numbers_alike
 from passgraph.glsl.places import part_at, perhaps, place_of, read_place, write_place
+from passgraph.glsl.unit import Slot
 from passgraph.language import ir
-from passgraph.language.assignments import new_variable, read_variable
+from passgraph.language.assignments import Variable, new_variable, read_variable
 from passgraph.language.source import fail
 from passgraph.language.types import (
     BOOL,
@@ -117,7 +118,20 @@ class Expressions:
                 fail(node.span, f"{part_type(part)} has no length()")
             count = type_.length if isinstance(type_, Array) else shape_of(type_)[0]
             return ir.Literal(INT, count, node.span)
+        variable = self._struct_variable(node.base)
+        if variable is not None and node.name in variable.fields:
+            return read_variable(variable.fields[node.name], node.span)
         return part_at(self.part(node.base), node.name, node.span, self.body.builder.name_it)
+
+    def _struct_variable(self, node: g.Expr) -> Variable | None:
+        """Return the variable of a struct, or of one in it, of which one field is read: the others are left alone."""
+        variable = None
+        if isinstance(node, g.Name):
+            binding = self.body.find(node.name)
+            variable = binding.variable if isinstance(binding, Slot) and binding.written else None
+        elif isinstance(node, g.Member) and (outer := self._struct_variable(node.base)) is not None:
+            variable = outer.fields.get(node.name)
+        return variable if variable is not None and isinstance(variable.type, Struct) else None
 
     def _subscript(self, node: g.Subscript) -> Part:
         output = self.body.output_element(node)

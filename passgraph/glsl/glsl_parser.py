@@ -332,7 +332,8 @@ class Parser(ExpressionParser):
         self.expect("(")
         numbers: dict[str, int] = {}
         while not self.skip(")"):
-            self._check_stage()
+            if not self.at("shared"):  # a layout of blocks, besides a qualifier of compute shaders
+                self._check_stage()
             name = self.name("the name of a layout").text
             numbers[name] = 0
             if self.skip("="):
@@ -391,9 +392,9 @@ class Parser(ExpressionParser):
         name = self.take().text
         fields = self._fields()
         instance = self.take().text if self.here.kind == "name" else ""
-        self.lengths()
+        lengths = self.lengths() if instance else ()
         self.expect(";")
-        return g.Interface(start, qualifiers, name, fields, instance)
+        return g.Interface(start, qualifiers, name, fields, instance, lengths)
 
     # Functions
 

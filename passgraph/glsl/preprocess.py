@@ -416,7 +416,7 @@ class Preprocessor:
             if token.text == "defined":
                 parenthesis = i + 1 < len(rest) and rest[i + 1].text == "("
                 i += 2 if parenthesis else 1
-                is_there = self._name(rest[i:], token.span) in self._expander.macros
+                is_there = self._name(rest[i : i + 1], token.span) in self._expander.macros
                 if parenthesis:
                     i += 1
                     if i >= len(rest) or rest[i].text != ")":

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 from passgraph.errors import KernelError
 from passgraph.glsl import syntax as g
@@ -23,22 +24,25 @@ from passgraph.language.assignments import Place, Variable
 from passgraph.language.function_body import KEPT
 from passgraph.language.long_arrays import check_local, check_reads, check_sizes
 from passgraph.language.parse import parameter_value
-from passgraph.language.signature import check_images, host_value
+from passgraph.language.signature import check_images, check_parts, host_value
 from passgraph.language.source import Span, fail
 from passgraph.language.types import (
     BOOL,
     FLOAT,
     VEC2,
     VEC4,
+    Array,
     Scalar,
     Struct,
     Vector,
     element_of,
+    part_count,
 )
-from passgraph.language.values import COMPOSITE, Part, StructValue, constant
+from passgraph.language.values import COMPOSITE, ArrayValue, Part, StructValue, constant
 
 if TYPE_CHECKING:
     from passgraph.glsl.glsl_body import Body
+    from passgraph.language.values import Parts
 
 
 #: The types of a function's parameters for comparison: by name, with the lengths of arrays.
@@ -73,8 +77,11 @@ def _named(node: g.Outer) -> Iterator[tuple[str, Span, str]]:
     elif isinstance(node, g.Struct):
         yield node.name, node.span, "a struct"
     elif isinstance(node, g.Interface) and node.instance:
+        yield node.name, node.span, "a block"
         yield node.instance, node.span, "a block"
     else:
+        if isinstance(node, g.Interface):
+            yield node.name, node.span, "a block"
         variables = node.fields if isinstance(node, g.Interface) else node.variables
         is_uniform = bool(node.qualifiers & {"uniform", "buffer"})
         for variable in variables:
@@ -136,21 +143,52 @@ def declare_uniforms(body: Body, node: g.Declaration) -> None:
         _declare(body, uniform)
 
 
-def declare_interface(body: Body, node: g.Interface) -> None:
-    """Declare a uniform block: each member becomes a parameter of its own name."""
+def declare_interface(body: Body, node: g.Interface, names: Counter[str]) -> None:
+    """Declare a uniform block: each member becomes a parameter.
+
+    Members of a block with an instance name have a scope of their own (GLSL 3.30, section 4.3.7). Their parameters are
+    named like them, or with the instance's name before if several uniforms of the shader, counted in ``names``, have
+    the member's.
+    """
     if not node.qualifiers & {"uniform", "buffer"}:
         fail(node.span, "blocks hold uniforms here")
-    uniforms = [Uniform(v.name, body.type_of(v.type, v.type.span), v.span) for v in node.fields]
     if not node.instance:
-        for uniform in uniforms:
-            _declare(body, uniform)
+        for v in node.fields:
+            _declare(body, Uniform(v.name, body.type_of(v.type, v.type.span), v.span))
         return
-    struct = Struct(node.name, tuple((u.name, u.type) for u in uniforms))
-    body.unit.used.update(u.name for u in uniforms)
-    for uniform in uniforms:
-        body.unit.uniforms.setdefault(uniform.name, uniform)
-    parts = {u.name: parameter_value(u.type, u.name, False, u.span) for u in uniforms}
-    body.bind(node.instance, Known(StructValue(struct, parts), "a block of uniforms"))
+    members = {v.name: (body.type_of(v.type, v.type.span), v.span) for v in node.fields}
+    block = Struct(node.name, tuple((name, type_) for name, (type_, _) in members.items()))
+    block_type = body.array_of(block, node.lengths, node.span)
+    parts: dict[str, Part] = {}
+    for name, (type_, span) in members.items():
+        parameter = name if names[name] == 1 else f"{node.instance}_{name}"
+        while names[parameter] > (parameter == name):
+            parameter = f"{node.instance}_{parameter}"
+        names[parameter] += parameter != name
+        uniform = Uniform(parameter, body.array_of(type_, node.lengths, span), span)
+        body.unit.uniforms[parameter] = uniform
+        _count_parts(body, uniform)
+        body.unit.used.add(parameter)
+        parts[name] = parameter_value(uniform.type, parameter, False, span)
+    if isinstance(block_type, Array):
+        entries = {name: part.parts if isinstance(part, ArrayValue) else part for name, part in parts.items()}
+        value: Part = ArrayValue(block_type, cast("Parts", entries))
+    else:
+        value = StructValue(block, parts)
+    body.bind(node.instance, Known(value, "a block of uniforms"))
+
+
+def _uniform_names(tree: Iterable[g.Outer]) -> Counter[str]:
+    """Count the uniforms of each name, including members of blocks; several declarations of one count once."""
+    plain, members = set[str](), Counter[str]()
+    for node in tree:
+        if isinstance(node, g.Interface) and node.instance:
+            members.update(variable.name for variable in node.fields)
+        elif isinstance(node, g.Interface):
+            plain.update(variable.name for variable in node.fields)
+        elif isinstance(node, g.Declaration) and "uniform" in node.qualifiers:
+            plain.update(variable.name for variable in node.variables)
+    return members + Counter(plain)
 
 
 def _declare(body: Body, uniform: Uniform) -> None:
@@ -159,8 +197,14 @@ def _declare(body: Body, uniform: Uniform) -> None:
         if declared.type != uniform.type:
             fail(uniform.span, f"uniform {uniform.name} is {declared.type} already")
         return  # already declared, such as by a container
+    _count_parts(body, uniform)
     part = parameter_value(uniform.type, uniform.name, False, uniform.span)
     body.bind(uniform.name, Known(part, "a uniform"))
+
+
+def _count_parts(body: Body, uniform: Uniform) -> None:
+    body.unit.parts += part_count(uniform.type)
+    check_parts(body.unit.parts, "the uniforms", uniform.span)
 
 
 def _host(part: Part, span: Span) -> object:
@@ -340,12 +384,12 @@ def _declared(tree: list[g.Outer], body: Body) -> list[tuple[str, Slot]]:
     depth = body.new_slot("gl_FragDepth", FLOAT, written=True)
     body.builder.clear(depth.variable)
     body.bind("gl_FragDepth", depth)  # ignored, since a pass over a picture has no depth
-    written = assigned_names(tuple(tree), partial(overloads, body.unit))
+    written, names = assigned_names(tuple(tree), partial(overloads, body.unit)), _uniform_names(tree)
     for node in tree:
         if isinstance(node, g.Struct):
             body.declare_struct(node)
         elif isinstance(node, g.Interface):
-            declare_interface(body, node)
+            declare_interface(body, node, names)
         elif isinstance(node, g.Declaration):
             if "uniform" in node.qualifiers:
                 declare_uniforms(body, node)

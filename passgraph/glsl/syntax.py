@@ -149,13 +149,14 @@ class Struct:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Interface:
-    """``uniform Name { … } instance;``."""
+    """``uniform Name { … } instance[lengths];``."""
 
     span: Span
     qualifiers: frozenset[str]
     name: str
     fields: tuple[Variable, ...]
     instance: str
+    lengths: tuple[Expr | None, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -87,6 +87,7 @@ class Unit:
     structs: dict[str, Struct] = field(default_factory=dict)
     names: dict[str, Binding] = field(default_factory=dict)
     uniforms: dict[str, Uniform] = field(default_factory=dict)
+    parts: int = 0  # plain parts of all uniforms
     missing: dict[str, str] = field(default_factory=dict)  # names that are not available, with the reasons
     used: set[str] = field(default_factory=set)  # global names that functions read
     notes: dict[tuple[str, int, str], Note] = field(default_factory=dict)

@@ -14,7 +14,7 @@ import numpy as np
 from passgraph.errors import KernelLengthError
 from passgraph.language import scalar as s
 from passgraph.language.operations import OPERATIONS
-from passgraph.language.source import NOWHERE, Span
+from passgraph.language.source import NOWHERE, Span, fail
 from passgraph.language.value_ranges import Ranges
 
 
@@ -326,8 +326,23 @@ class Emitter:
         self.builtins[name] = type_
         return self._load(("builtin", name), type_, lambda to: s.LoadBuiltin(to, name))
 
-    def uniform(self, block: str, index: s.Operand) -> s.Operand:
+    def uniform(self, slot: s.UniformSlot, index: s.Operand) -> s.Operand:
+        block = slot.block
+        self._check_inside(index, slot.offset, slot.count, f"parameter {slot.name}")
         return self._load(("uniform", block, repr(index)), block, lambda to: s.LoadUniform(to, block, index))
+
+    def _check_inside(self, index: s.Operand, first: int, count: int, what: str) -> None:
+        """Raise KernelError unless an index is known to lie inside: generated code reads and writes memory by it.
+
+        Whatever reads by a computed index clamps it first, so this can fail only by a fault of the compiler.
+        """
+        low, high = self.bounds.range_of(index)[:2]
+        if not first <= low <= high < first + count:
+            fail(
+                self.span,
+                f"{what} has the numbers {first} to {first + count - 1}, and is read or written at {low:g} to "
+                f"{high:g}; this is a fault of passgraph: please report it with the text of the kernel",
+            )
 
     def table_name(self, type_: str, values: tuple[bool | int | float, ...]) -> str:
         """Return the name of a table with these values; cached by tuple identity, as comparing takes time."""
@@ -340,6 +355,7 @@ class Emitter:
         return table
 
     def table(self, name: str, type_: str, values: tuple[bool | int | float, ...], index: s.Operand) -> s.Operand:
+        self._check_inside(index, 0, len(values), f"the constant {name}")
         self.tables[name] = (type_, values)
         return self._load(("table", name, repr(index)), type_, lambda to: s.LoadTable(to, name, index))
 
@@ -391,9 +407,15 @@ class Emitter:
         return name
 
     def read_at(self, array: str, index: s.Operand) -> s.Val:
-        to = self.fresh(self.arrays[array][0])
+        type_, length = self.arrays[array]
+        self._check_inside(index, 0, length, f"array {array}")
+        to = self.fresh(type_)
         self.push(s.ReadAt(to, array, index))
         return to
+
+    def write_at(self, array: str, index: s.Operand, value: s.Operand) -> None:
+        self._check_inside(index, 0, self.arrays[array][1], f"array {array}")
+        self.push(s.WriteAt(array, index, value))
 
     def begin(self) -> None:
         self.blocks.append([])

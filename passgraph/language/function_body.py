@@ -14,7 +14,7 @@ from passgraph.language.expressions import STAGE_VALUES, Expressions
 from passgraph.language.library import library_function, written_function
 from passgraph.language.long_arrays import check_local
 from passgraph.language.quad_derivatives import expanded
-from passgraph.language.scope import FunctionSource, Scope, typed_constant
+from passgraph.language.scope import FunctionSource, KnownTable, Scope, typed_constant
 from passgraph.language.signature import Signature, read_signature
 from passgraph.language.source import Span, fail
 from passgraph.language.statements import MAX_BLOCKS, Exit, Statements
@@ -73,6 +73,7 @@ class Builder:
     signatures: dict[FunctionSource, Signature] = field(default_factory=dict)
     #: For each inlined function, the names captured by its body: this kernel's own record.
     scopes: dict[FunctionSource, Scope] = field(default_factory=dict)
+    tables: dict[int, KnownTable] = field(default_factory=dict)  # captured by its functions
 
     def emit(self, statement: ir.Stmt) -> None:
         self.count_statement(statement.span)
@@ -258,7 +259,7 @@ class Builder:
     def scope(self, function: FunctionSource) -> Scope:
         if function not in self.scopes:
             self.scopes[function] = Scope(
-                function.scope.names, tables={}, listed=function.nearby, lacking=function.scope.lacking
+                function.scope.names, tables=self.tables, listed=function.nearby, lacking=function.scope.lacking
             )
         return self.scopes[function]
 

@@ -18,7 +18,7 @@ from passgraph.cached import cached_property
 from passgraph.errors import KernelError, PassgraphError
 from passgraph.language import ir
 from passgraph.language.native import MATH, Math
-from passgraph.language.scope import TEXT_NAMES, FunctionSource, Scope, python_scope, text_scope
+from passgraph.language.scope import TEXT_NAMES, FunctionSource, KnownTable, Scope, python_scope, text_scope
 from passgraph.language.signature import literal_value, read_signature, read_struct
 from passgraph.language.source import Source, fail, source_from_text, source_of, source_of_class
 
@@ -224,10 +224,11 @@ def text_functions(text: str, name: str = "<kernel text>") -> tuple[dict[str, Fu
     names: dict[str, object] = {}
     functions: dict[str, FunctionSource] = {}
     marked: list[str] = []
-    scope = text_scope(names)
+    tables: dict[int, KnownTable] = {}
+    scope = text_scope(names, tables)
     for node in source.parse().body:
         if isinstance(node, ast.FunctionDef):
-            functions[node.name] = names[node.name] = FunctionSource(node.name, source, node, text_scope(names))
+            functions[node.name] = names[node.name] = FunctionSource(node.name, source, node, text_scope(names, tables))
             if any(_last_name(d) == "kernel" for d in node.decorator_list):
                 marked.append(node.name)
         elif isinstance(node, ast.ClassDef):

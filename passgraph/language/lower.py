@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, TypeGuard, cast
 
 import numpy as np
 
+from passgraph.cached import cached_property
 from passgraph.errors import KernelError, KernelLengthError
 from passgraph.formats import Store
 from passgraph.language import ir, lower_arrays
@@ -25,7 +26,7 @@ from passgraph.language.parameter_limits import bounds
 from passgraph.language.parse import parse_kernel
 from passgraph.language.scope import host_numbers
 from passgraph.language.source import NOWHERE, Span, fail
-from passgraph.language.types import UINT, Array, Scalar, component_count, element_of, held_as
+from passgraph.language.types import UINT, Array, Scalar, Type, component_count, element_of, held_as, plain_parts
 
 if TYPE_CHECKING:
     pass
@@ -51,11 +52,28 @@ class Elements:
         return [self._slot_entry(slot, s.Lit("int", slot.offset + i), element) for i in which]
 
     def _slot(self, uniform: ir.Uniform) -> s.UniformSlot:
+        self._check_declared(uniform)
         name = self.lowering.prefix + uniform.name
         return self.lowering.shared.slot(name, uniform.type, self.limits.get(uniform.name))
 
+    @cached_property
+    def _declared(self) -> dict[str, Type]:
+        """Return the type of each plain part of the parameters."""
+        parameters = self.lowering.program.parameters
+        return dict(part for parameter in parameters for part in plain_parts(parameter.type, parameter.name))
+
+    def _check_declared(self, uniform: ir.Uniform) -> None:
+        """Raise KernelError if a parameter is read as another type than it is declared with, which hosts pack."""
+        declared = self._declared.get(uniform.name)
+        if declared != uniform.type:
+            fail(
+                uniform.span,
+                f"parameter {uniform.name} is declared as {declared} and read as {uniform.type}; "
+                "this is a fault of passgraph: please report it with the text of the kernel",
+            )
+
     def _slot_entry(self, slot: s.UniformSlot, index: s.Operand, element: str) -> s.Operand:
-        value = self.emitter.uniform(slot.block, index)
+        value = self.emitter.uniform(slot, index)
         if slot.range is not None and isinstance(value, s.Val) and element in ("int", "float"):
             self.emitter.ranges[value.id] = bounds(slot.range, cast(Array, slot.type))
         return self.emitter.op("not_equal", value, s.Lit("int", 0)) if element == "bool" else value
@@ -119,6 +137,7 @@ class Elements:
 
     def _buffer_entry(self, array: ir.Uniform, index: s.Operand) -> list[s.Operand]:
         """Return an entry of a long array; its index may be known."""
+        self._check_declared(array)
         name, type_ = self.lowering.prefix + array.name, cast(Array, array.type)
         self.lowering.shared.buffers[name] = type_
         self.lowering.shared.uses.setdefault(name, s.ImageUse(name, layout_of(type_).channels))

@@ -67,20 +67,15 @@ class Arrays:
     def entry(self, name: str, index: s.Operand) -> list[s.Operand]:
         """Return the entry at an index, which is clamped into range."""
         e, memory = self.emitter, self.made[name]
-        clamped = e.op("min", e.op("max", index, s.Lit("int", 0)), s.Lit("int", memory.length - 1))
-        return [e.read_at(memory.name, place) for place in self._places(memory, clamped)]
+        return [e.read_at(memory.name, place) for place in self._places(memory, self._clamped(memory, index))]
 
     def store(self, name: str, index: s.Operand, entry: list[s.Operand]) -> None:
         """Assign to an entry; writes out of range go to the extra entry, which is never read."""
         e, memory = self.emitter, self.made[name]
-        inside = e.op(
-            "logical_and",
-            e.op("greater_equal", index, s.Lit("int", 0)),
-            e.op("less", index, s.Lit("int", memory.length)),
-        )
-        where = e.choose(inside, index, s.Lit("int", memory.length))
+        clamped = self._clamped(memory, index)
+        where = e.choose(e.op("equal", clamped, index), clamped, s.Lit("int", memory.length))
         for place, value in zip(self._places(memory, where), entry, strict=True):
-            e.push(s.WriteAt(memory.name, place, value))
+            e.write_at(memory.name, place, value)
 
     def fill(self, name: str, values: list[s.Operand], span: Span) -> None:
         """Assign to all entries; in a loop if the values are equal."""
@@ -89,15 +84,19 @@ class Arrays:
         if values == entry * memory.length:
             with _Counting(e, memory.length) as index:
                 for place, value in zip(self._places(memory, index), entry, strict=True):
-                    e.push(s.WriteAt(memory.name, place, value))
+                    e.write_at(memory.name, place, value)
             return
         for number, value in enumerate(values):
-            e.push(s.WriteAt(memory.name, s.Lit("int", number), value))
+            e.write_at(memory.name, s.Lit("int", number), value)
 
     def copy(self, name: str, source: str, span: Span) -> None:
         e, memory, source_memory = self.emitter, self._memory(name, span), self.made[source]
         with _Counting(e, memory.length * memory.width) as index:
-            e.push(s.WriteAt(memory.name, index, e.read_at(source_memory.name, index)))
+            e.write_at(memory.name, index, e.read_at(source_memory.name, index))
+
+    def _clamped(self, memory: Memory, index: s.Operand) -> s.Operand:
+        highest = s.Lit("int", memory.length - 1)
+        return self.emitter.op("min", self.emitter.op("max", index, s.Lit("int", 0)), highest)
 
     def _places(self, memory: Memory, index: s.Operand) -> list[s.Operand]:
         e = self.emitter
@@ -113,6 +112,7 @@ class _Counting:
 
     def __enter__(self) -> s.Val:
         self.index = self.emitter.fresh("int")
+        self.emitter.ranges[self.index.id] = (0, self.count - 1)
         self.emitter.begin()
         return self.index
 

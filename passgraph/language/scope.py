@@ -245,6 +245,17 @@ def _assigned_names(nodes: Iterable[ast.stmt]) -> set[str]:
     return names
 
 
+@dataclass(frozen=True, eq=False)
+class KnownTable:
+    """A constant that was made into a table once, however often it is named; ``plain`` is a copy in plain data."""
+
+    value: object
+    plain: object
+    table: ir.Table
+    #: Types that the value was found to fit, as a default.
+    fits: set[Type] = field(default_factory=set)
+
+
 @dataclass(eq=False)
 class Scope:
     """Names around a kernel.  ``captured`` records every constant captured by value."""
@@ -253,8 +264,8 @@ class Scope:
     captured: dict[str, object] = field(default_factory=dict)
     #: Meanings of all names looked up, dotted ones too.
     meanings: dict[str, Any] = field(default_factory=dict)
-    #: Tables by name, with the values that they were made from; None if values may change between uses.
-    tables: dict[str, tuple[object, ir.Table]] | None = None
+    #: Tables by the identity of their values and of their plain copies; None if values may change between uses.
+    tables: dict[int, KnownTable] | None = None
     #: Names that error messages may suggest for a misspelled one.
     listed: Callable[[], Iterable[str]] = tuple
     #: All names of the language that the text uses without importing them, if known.
@@ -322,9 +333,12 @@ def python_scope(function: Callable[..., Any]) -> Scope:
     return Scope(names, listed=lambda: (*cells, *function.__globals__), lacking=lacking)
 
 
-def text_scope(own: Mapping[str, object]) -> Scope:
-    """Return the names of kernel text: its own definitions and the language, nothing of Python."""
-    return Scope(lambda name: own[name] if name in own else TEXT_NAMES[name], listed=lambda: own)
+def text_scope(own: Mapping[str, object], tables: dict[int, KnownTable] | None = None) -> Scope:
+    """Return the names of kernel text: its own definitions and the language, nothing of Python.
+
+    ``tables`` are those of the text, whose values cannot change.
+    """
+    return Scope(lambda name: own[name] if name in own else TEXT_NAMES[name], tables=tables, listed=lambda: own)
 
 
 def freeze(value: object) -> object:
@@ -352,11 +366,14 @@ class ModuleName:
 
 def meaning_of(value: object, path: str, scope: Scope, span: Span) -> Any:
     """Resolve a name (:func:`classified`); tables are built once if the scope keeps them."""
-    if scope.tables is not None and path in scope.tables and scope.tables[path][0] is value:
-        return dataclasses.replace(scope.tables[path][1], span=span)
+    known = None if scope.tables is None else scope.tables.get(id(value))
+    if known is not None:
+        scope.captured[path], scope.meanings[path] = known.plain, known.table
+        return dataclasses.replace(known.table, span=span)
     meaning = scope.meanings[path] = classified(value, path, scope, span)
     if scope.tables is not None and isinstance(meaning, ir.Table):
-        scope.tables[path] = value, meaning
+        known = KnownTable(value, scope.captured[path], meaning)
+        scope.tables[id(value)] = scope.tables[id(known.plain)] = known
     return meaning
 
 

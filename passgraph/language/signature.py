@@ -12,7 +12,16 @@ from passgraph.errors import InputError
 from passgraph.language import ir, symbols
 from passgraph.language import parameter_limits as limits_of
 from passgraph.language.long_arrays import check_local, check_sizes
-from passgraph.language.scope import FunctionSource, ModuleName, Scope, meaning_of, number, typed_constant, written
+from passgraph.language.scope import (
+    MAX_TABLE_ENTRIES,
+    FunctionSource,
+    ModuleName,
+    Scope,
+    meaning_of,
+    number,
+    typed_constant,
+    written,
+)
 from passgraph.language.source import Source, Span, fail
 from passgraph.language.types import (
     BOOL,
@@ -33,7 +42,7 @@ from passgraph.language.types import (
     image_names,
     innermost,
     longest,
-    plain_parts,
+    part_count,
     sides_of,
 )
 from passgraph.language.uniform_layout import in_range
@@ -51,10 +60,14 @@ VERTEX = Struct("Vertex", tuple((name, type_) for name, (type_, _) in VERTEX_FIE
 
 #: Longest array that a kernel may have as a parameter.
 MAX_BUFFER_LENGTH = 1 << 24
+#: Most numbers of a constant: a table of as many entries as a kernel may capture, each a vec4.
+MAX_CONSTANT_NUMBERS = 4 * MAX_TABLE_ENTRIES
 #: Most images of a kernel, including those in structs and arrays; devices support fewer in one pass.
 MAX_IMAGES = 128
 #: Most fields of a struct, including nested ones.
 MAX_STRUCT_FIELDS = 256
+#: Most plain parts of all parameters of a kernel: each field of a struct is a part.
+MAX_PARAMETER_PARTS = 1 << 15
 #: Deepest nesting of structs.
 MAX_STRUCT_DEPTH = 32
 
@@ -175,7 +188,15 @@ def read_signature(function: FunctionSource) -> Signature:
     defaults += arguments.defaults
     pairs = list(zip(positional, defaults, strict=True))
     pairs += list(zip(arguments.kwonlyargs, arguments.kw_defaults, strict=True))
-    parameters = tuple(_parameter(argument, default, function) for argument, default in pairs)
+    names, parameters_, parts = set[str](), list[ir.Parameter](), 0
+    for argument, default in pairs:
+        if argument.arg in names:  # Python refuses it too, but text is parsed only
+            fail(source.span(argument), f"{function.name} has two parameters {argument.arg!r}; rename one of them")
+        names.add(argument.arg)
+        parameters_.append(_parameter(argument, default, function))
+        parts += part_count(parameters_[-1].type)
+        check_parts(parts, f"the parameters of {function.name}", parameters_[-1].span)
+    parameters = tuple(parameters_)
     check_images(function.name, parameters, source.span(node))
     check_sizes(parameters)
     if node.returns is None:
@@ -224,13 +245,62 @@ def default_value(node: ast.expr, type_: Type, name: str, source: Source, scope:
     span = source.span(node)
     if not isinstance(innermost(type_), (Scalar, Vector, Matrix)):
         fail(span, f"parameter {name!r} of type {type_} cannot have a default")
-    value = literal_value(node, source, scope)
-    typed_constant(value, type_, f"default of {name}", span)
+    value = literal_value(node, source, scope, max(component_count(type_), MAX_CONSTANT_NUMBERS))
+    known = None if scope.tables is None else scope.tables.get(id(value))
+    if known is None or type_ not in known.fits:
+        typed_constant(value, type_, f"default of {name}", span)
+        if known is not None:
+            known.fits.add(type_)
     return value
 
 
-def literal_value(node: ast.expr, source: Source, scope: Scope) -> object:
-    """Return numbers, tuples and captured constants, evaluated without running Python."""
+def literal_value(node: ast.expr, source: Source, scope: Scope, most: int = MAX_CONSTANT_NUMBERS) -> object:
+    """Return numbers, tuples and captured constants, evaluated without running Python.
+
+    Raises
+    ------
+    KernelError
+        For anything else, and for more than ``most`` numbers, counted before tables in tables are repeated.
+    """
+    return _literal(node, source, scope, most)[0]
+
+
+def _literal(node: ast.expr, source: Source, scope: Scope, most: int) -> tuple[object, int]:
+    """Return :func:`literal_value` and the count of its numbers."""
+    if isinstance(node, (ast.Tuple, ast.List)):
+        return _several(node.elts, source, scope, most)
+    if isinstance(node, ast.Call) and not node.keywords:
+        maker = resolve(node.func, scope, source)
+        if isinstance(maker, (Scalar, Vector, Matrix)):
+            parts, count = _several(node.args, source, scope, most)
+            return _construct(maker, parts, count, source.span(node)), component_count(maker)
+    if isinstance(node, (ast.Name, ast.Attribute)):
+        meaning = resolve(node, scope, source)
+        if isinstance(meaning, ir.Table):
+            return scope.captured[ast.unparse(node)], component_count(meaning.type)
+        if isinstance(meaning, ir.Construct):
+            return host_value(meaning), component_count(meaning.type)
+        if isinstance(meaning, ir.Literal):
+            return meaning.value, 1
+    return _number(node, source, scope), 1
+
+
+def _several(nodes: list[ast.expr], source: Source, scope: Scope, most: int) -> tuple[tuple[object, ...], int]:
+    """Return several values, and the count of all their numbers; an empty tuple counts like a number."""
+    parts, count = [], 0
+    for node in nodes:
+        value, numbers = _literal(node, source, scope, most)
+        parts.append(value)
+        count += max(numbers, 1)
+        if count > most:
+            fail(
+                source.span(node), f"with this, a constant has more than {most} numbers, those of tables in it counted"
+            )
+    return tuple(parts), count
+
+
+def _number(node: ast.expr, source: Source, scope: Scope) -> object:
+    """Return a number as written, with a sign, or as a sum, difference, product or quotient of numbers."""
     span = source.span(node)
     if isinstance(node, ast.Constant):
         return _plain(node.value, written(node, span))
@@ -242,23 +312,10 @@ def literal_value(node: ast.expr, source: Source, scope: Scope) -> object:
         inner = literal_value(node.operand, source, scope)
         if isinstance(inner, (int, float)):
             return -inner if isinstance(node.op, ast.USub) else inner
-    if isinstance(node, (ast.Tuple, ast.List)):
-        return tuple(literal_value(part, source, scope) for part in node.elts)
     if isinstance(node, ast.BinOp) and isinstance(node.op, (ast.Mult, ast.Div, ast.Add, ast.Sub)):
         left, right = literal_value(node.left, source, scope), literal_value(node.right, source, scope)
         if isinstance(left, (int, float)) and isinstance(right, (int, float)):
             return _fold(node.op, left, right, span)
-    if isinstance(node, ast.Call) and not node.keywords:
-        maker = resolve(node.func, scope, source)
-        if isinstance(maker, (Scalar, Vector, Matrix)):
-            parts = [literal_value(part, source, scope) for part in node.args]
-            return _construct(maker, parts, span)
-    if isinstance(node, (ast.Name, ast.Attribute)):
-        meaning = resolve(node, scope, source)
-        if isinstance(meaning, ir.Literal):
-            return meaning.value
-        if isinstance(meaning, (ir.Construct, ir.Table)):
-            return host_value(meaning)
     fail(span, "a constant is expected here: a number, a tuple of numbers or a captured constant")
 
 
@@ -296,17 +353,15 @@ def _plain(value: Any, checked: ir.Literal) -> Any:
     return value if type(value) is int else checked.value
 
 
-def _construct(maker: Scalar | Vector | Matrix, parts: list[object], span: Span) -> object:
+def _construct(maker: Scalar | Vector | Matrix, parts: tuple[object, ...], numbers: int, span: Span) -> object:
+    count = component_count(maker)
+    if numbers not in (1, count):
+        fail(span, f"{maker} takes {'one number' if count == 1 else f'{count} numbers, got {numbers}'}")
     flat: list[object] = []
     for part in parts:
         flat.extend(part if isinstance(part, tuple) else [part])
     if isinstance(maker, Scalar):
-        if len(flat) != 1:
-            fail(span, f"{maker} takes one number")
         return _converted(flat[0], maker, span)
-    count = component_count(maker)
-    if len(flat) not in (1, count):
-        fail(span, f"{maker} takes {count} numbers, got {len(flat)}")
     return next(cls for cls, name in symbols.TYPE_MARKERS.items() if name == str(maker))(*flat)  # type: ignore[operator]
 
 
@@ -321,18 +376,16 @@ def _converted(value: object, type_: Scalar, span: Span) -> ir.Number:
     return number
 
 
-def _leaf_count(type_: Type) -> int:
-    return len(plain_parts(type_))
-
-
-def _depth(type_: Type) -> int:
-    type_ = innermost(type_)
-    return 1 + max(_depth(t) for _, t in type_.fields) if isinstance(type_, Struct) else 0
+def check_parts(count: int, what: str, span: Span) -> None:
+    """Raise KernelError for parameters with more parts than a kernel may have, before they are split into parts."""
+    if count > MAX_PARAMETER_PARTS:
+        fail(span, f"{what} have {count} fields or more, nested ones too; at most {MAX_PARAMETER_PARTS}")
 
 
 def read_struct(node: ast.ClassDef, source: Source, scope: Scope) -> Struct:
     """Return a struct from its class statement: annotated fields, optional defaults, nothing else."""
     fields: list[tuple[str, Type]] = []
+    names = set[str]()
     defaults: list[tuple[str, object]] = []
     if node.bases or node.keywords:
         fail(source.span(node), f"struct {node.name} has a base class; structs stand alone")
@@ -347,8 +400,9 @@ def read_struct(node: ast.ClassDef, source: Source, scope: Scope) -> Struct:
         type_, const = annotation_type(statement.annotation, scope, source)
         if const or isinstance(type_, TupleType):
             fail(span, f"a struct field cannot be {'Const' if const else type_}")
-        if statement.target.id in dict(fields):
+        if statement.target.id in names:
             fail(span, f"struct {node.name} has two fields {statement.target.id!r}")
+        names.add(statement.target.id)
         fields.append((statement.target.id, type_))
         if statement.value is not None:
             defaults.append(
@@ -364,10 +418,8 @@ def read_struct(node: ast.ClassDef, source: Source, scope: Scope) -> Struct:
 
 def checked_struct(struct: Struct, span: Span) -> Struct:
     """Return a struct, with its limits checked."""
-    count = _leaf_count(struct)
-    if count > MAX_STRUCT_FIELDS:
-        fail(span, f"struct {struct.name} has {count} fields, nested ones too; at most {MAX_STRUCT_FIELDS}")
-    depth = _depth(struct)
-    if depth > MAX_STRUCT_DEPTH:
-        fail(span, f"struct {struct.name} holds structs {depth} deep; at most {MAX_STRUCT_DEPTH}")
+    if struct.parts > MAX_STRUCT_FIELDS:
+        fail(span, f"struct {struct.name} has {struct.parts} fields, nested ones too; at most {MAX_STRUCT_FIELDS}")
+    if struct.depth > MAX_STRUCT_DEPTH:
+        fail(span, f"struct {struct.name} holds structs {struct.depth} deep; at most {MAX_STRUCT_DEPTH}")
     return struct

@@ -69,11 +69,22 @@ class ImageType:
 
 @dataclass(frozen=True, slots=True)
 class Struct:
-    """Named fields."""
+    """Named fields.
+
+    ``parts`` is the count of plain values, images and arrays of such in it, and ``depth`` of nested structs. They are
+    known from the fields' own, so that texts whose structs double at each level are refused before they are split.
+    """
 
     name: str
     fields: tuple[tuple[str, Type], ...]
     defaults: tuple[tuple[str, object], ...] = field(default=(), compare=False)
+    parts: int = field(init=False, compare=False, repr=False)
+    depth: int = field(init=False, compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        types = [innermost(type_) for _, type_ in self.fields]
+        object.__setattr__(self, "parts", sum(map(part_count, types)))
+        object.__setattr__(self, "depth", 1 + max((t.depth for t in types if isinstance(t, Struct)), default=0))
 
     def __str__(self) -> str:
         return self.name
@@ -144,6 +155,14 @@ def flat_type(array: Array) -> Array:
 def sides_of(type_: Type) -> tuple[int, ...]:
     """Return the lengths of nested arrays, the outermost first."""
     return (type_.length, *sides_of(type_.element)) if isinstance(type_, Array) else ()
+
+
+def part_count(type_: Type) -> int:
+    """Count the :func:`plain_parts` of a type without splitting it."""
+    inner = innermost(type_)
+    if isinstance(inner, TupleType):
+        return sum(map(part_count, inner.members))
+    return inner.parts if isinstance(inner, Struct) else 1
 
 
 def is_plain(type_: Type) -> bool:

@@ -357,6 +357,19 @@ TEXTS: list[tuple[str, str]] = [
     ("«class S(T):»\n    a: float\ndef k(s: S) -> float: return 1.0", "struct S has a base class"),
     ("class S:\n    «a = 1»\ndef k(s: S) -> float: return 1.0", "struct S holds typed fields only"),
     ("class S:\n    «a: tuple[float, float]»\ndef k(s: S) -> float: return 1.0", "a struct field cannot be tuple"),
+    ("def k(c: Image, a: int, «a: float») -> float: return 1.0", "k has two parameters 'a'; rename one of them"),
+    (
+        "class S:\n"
+        + "".join(f"    a{n}: float\n" for n in range(256))
+        + "def k(\n"
+        + "".join(f"    {'«' if n == 128 else ''}s{n}: S{'»' if n == 128 else ''},\n" for n in range(200))
+        + ") -> float: return 1.0",
+        "the parameters of k have 33024 fields or more, nested ones too; at most 32768",
+    ),
+    (
+        "A = (" + "1.0, " * 1000 + ")\nB = (A, A, A, A, «A», A)\ndef k(c: Image) -> float: return 1.0",
+        "with this, a constant has more than 4096 numbers, those of tables in it counted",
+    ),
     ("class S:\n    a: int\n    «a: float»\ndef k(s: S) -> float: return 1.0", "struct S has two fields 'a'"),
     (
         "class S:\n" + "".join(f"    a{n}: float\n" for n in range(256)) + "«class T:»\n    a: S\n    b: S\n"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import cProfile
 import resource
 from pathlib import Path
@@ -15,6 +16,8 @@ from passgraph.language.lower import lower
 #: Calls of functions in Python that a text may cost.  The longest takes 2.4 million, a second or two on its own.
 CALLS = 2_900_000
 MEGABYTES = 600
+#: Calls that each character of a text may cost.
+CALLS_A_CHARACTER = 80
 
 
 def body(text: str) -> str:
@@ -182,6 +185,40 @@ def test_every_text_ends_quickly(name: str) -> None:
     assert len(message) < 3000
     assert sum(entry.callcount for entry in counted.getstats()) < CALLS
     assert (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024 < MEGABYTES
+
+
+#: Texts that repeat a table or a struct by its name. What they mean is many times as long as they are.
+_TABLE = "A = (" + "(1.0, 2.0, 3.0, 4.0),\n" * 1000 + ")\n"
+_STRUCT = "class S:\n" + "".join(f"    a{n}: float\n" for n in range(256))
+REPEATED = {
+    "a table in a table": _TABLE + "B = (" + "A,\n" * 2000 + ")\n" + body("return x"),
+    "a table by other names": _TABLE + "".join(f"B{n} = A\n" for n in range(2000)) + body("return x"),
+    "a table of several functions": _TABLE
+    + "".join(f"def g{n}(x: float) -> float: return A[0][0]\n" for n in range(500))
+    + body("".join(f"x += g{n}(x)\n    " for n in range(500)) + "return x"),
+    "a table as a default": _TABLE
+    + "class T:\n"
+    + "".join(f"    a{n}: Array[vec4, 1000] = A\n" for n in range(256))
+    + body("return x"),
+    "a table in a vector": _TABLE + "B = vec4(" + "A,\n" * 2000 + ")\n" + body("return x"),
+    "a struct in structs": _STRUCT + "".join(f"class T{n}:\n    a: S\n" for n in range(1000)) + body("return x"),
+    "a struct in a struct": _STRUCT + "class T:\n" + "".join(f"    b{n}: S\n" for n in range(2000)) + body("return x"),
+    "a struct as parameters": _STRUCT
+    + "def k(\n"
+    + "".join(f"    b{n}: S,\n" for n in range(2000))
+    + ") -> float: return 1.0",
+}
+
+
+@pytest.mark.parametrize("name", REPEATED)
+def test_what_a_name_repeats_is_counted_before_it_is_made(name: str) -> None:
+    """A text costs as much as it is long, until its limit is told or it is taken."""
+    counted = cProfile.Profile()
+    counted.enable()
+    with contextlib.suppress(PassgraphError):
+        kernel(source=REPEATED[name], name="k")
+    counted.disable()
+    assert sum(entry.callcount for entry in counted.getstats()) < CALLS_A_CHARACTER * len(REPEATED[name])
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import cProfile
 import random
 import re
 
@@ -11,6 +13,8 @@ from test_glsl_meaning import CASES
 from passgraph.errors import KernelError, PassgraphError
 from passgraph.glsl import parse
 
+#: Calls of functions in Python that each character of a text may cost.
+CALLS_A_CHARACTER = 80
 DOUBLING = "#define A0 1.0\n" + "".join(f"#define A{i} A{i - 1} + A{i - 1}\n" for i in range(1, 64))
 CHAIN = "".join(f"#define B{i} B{i + 1}\n" for i in range(5000))
 
@@ -66,6 +70,32 @@ def test_texts_without_measure_meet_a_limit(text: str, told: str) -> None:
         parse(text)
     assert told in str(caught.value)
     assert len(str(caught.value)) < 2000
+
+
+#: A struct that texts repeat by its name. What they mean is many times as long as they are.
+_STRUCT = "struct S { float " + ", ".join(f"a{i}" for i in range(256)) + "; };"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        _STRUCT + "uniform S " + ", ".join(f"u{i}" for i in range(3000)) + ";" + body(""),
+        _STRUCT + "".join(f"struct T{i} {{ S a; }};" for i in range(2000)) + body(""),
+        _STRUCT + "struct T { S " + ", ".join(f"u{i}" for i in range(3000)) + "; };" + body(""),
+        _STRUCT + "float f(" + ", ".join(f"S p{i}" for i in range(1000)) + ") { return 1.0; } S s;"
+        + body(f"f({', '.join(['s'] * 1000)});"),
+        _STRUCT + "S s; " + body("float x = 0.0;" + "x += s.a0;" * 2000),
+        _STRUCT + "float f(S s) { return 1.0; } S s; " + body("float x = 0.0;" + "x += f(s);" * 2000),
+    ],
+)  # fmt: skip
+def test_what_a_name_repeats_is_counted_before_it_is_made(text: str) -> None:
+    """A text costs as much as it is long, until its limit is told or it is taken."""
+    counted = cProfile.Profile()
+    counted.enable()
+    with contextlib.suppress(KernelError):
+        parse(text)
+    counted.disable()
+    assert sum(entry.callcount for entry in counted.getstats()) < CALLS_A_CHARACTER * len(text)
 
 
 _WORD = re.compile(r"\w+|\s+|[^\w\s]")
