@@ -59,6 +59,14 @@ def pytest_itemcollected(item: pytest.Item) -> None:
         _begun.add(test)
 
 
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """A test with the parameter backend needs that one."""
+    if isinstance(item, pytest.Function) and hasattr(item, "callspec"):
+        backend = item.callspec.params.get("backend")
+        if isinstance(backend, str) and backend in DEVICES:
+            require(backend)
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_collection() -> Generator[None, object, object]:
     """What is collected lives as long as the run.

@@ -15,18 +15,23 @@
 #                     of the time of tests that draw; tests/conformance/test_driver.py, slow, has it as users do).
 #                     Empty, it is as users have it throughout, and so it is where the arguments choose marks, as
 #                     -m "" does: who waits for the slow tests waits for these too
+#   SECOND_PYTHON     another interpreter for the tests of the language, plans and videos, in an environment of few
+#                     packages (default: the newest of Python 3.11 to 3.14 here, on the path or of pyenv, that is not
+#                     PYTHON's; empty: none). Only a run without arguments has it
 #   POCL_EXTRA_BUILD_FLAGS  the same for PoCL's compiler of OpenCL kernels (default: -cl-opt-disable, half of its time)
 #
 # Every step runs, also after one has failed; the exit status is 0 only if all passed.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
+whole=$((1 - ($# > 0)))
 tests=()
+# What depends on Python itself.
+of_python=(tests/language --ignore=tests/language/test_hostile.py --ignore=tests/language/test_fragment_derivatives.py
+           tests/plan --ignore=tests/plan/test_growth.py --ignore=tests/plan/test_random_graphs.py)
 if [ "${1-}" = --quick ]; then
     shift
-    tests=(tests/language --ignore=tests/language/test_hostile.py --ignore=tests/language/test_fragment_derivatives.py
-           tests/plan --ignore=tests/plan/test_growth.py --ignore=tests/plan/test_random_graphs.py
-           tests/conformance/test_first_cases.py
+    tests=("${of_python[@]}" tests/conformance/test_first_cases.py
            tests/test_layout.py tests/test_execution.py
            tests/mutation/test_mutants.py::test_every_mistake_can_still_be_planted passgraph docs README.md)
 fi
@@ -108,25 +113,24 @@ else
     fi
 fi
 
-heading "virtual environment $venv"
-if [ ! -x "$venv/bin/pip" ]; then
-    lacks_venv && stop "$(command -v "$python") has no venv module; run: sudo apt-get install python$version-venv"
-    "$python" -m venv "$venv"
-fi
-# The environment is made again when what it depends on changes: dependencies, checkout, interpreter.
-stamp="$venv/passgraph-stamp"
-key="$(sha256sum pyproject.toml | cut -d' ' -f1) $PWD $("$venv/bin/python" -V)"
-if [ -f "$stamp" ] && [ "$(cat "$stamp")" = "$key" ]; then
-    echo "up to date"
-else
-    "$venv/bin/python" -m pip install --quiet --disable-pip-version-check -e '.[all,dev,docs]'
-    # A second OpenCL for tests/backends/test_opencl_intel.py; 250 MB and for x86-64 only, so its lack stops nothing.
-    if [ "$(uname -sm)" = "Linux x86_64" ]; then
-        "$venv/bin/python" -m pip install --quiet --disable-pip-version-check intel-opencl-rt intel-cmplr-lib-rt ||
-            echo "Intel's OpenCL runtime could not be installed here; the tests that run on it are skipped"
+# Makes a virtual environment, again when what it depends on changes: dependencies, checkout, interpreter.
+environment() {
+    local venv=$1 key
+    [ -x "$venv/bin/pip" ] || "$2" -m venv "$venv" || return
+    key="$(sha256sum pyproject.toml | cut -d' ' -f1) $PWD $("$venv/bin/python" -V)"
+    if [ "$(cat "$venv/passgraph-stamp" 2>/dev/null)" = "$key" ]; then
+        echo "up to date"
+        return
     fi
-    printf '%s\n' "$key" >"$stamp"
+    "$venv/bin/python" -m pip install --quiet --disable-pip-version-check "${@:3}" || return
+    printf '%s\n' "$key" >"$venv/passgraph-stamp"
+}
+
+heading "virtual environment $venv"
+if [ ! -x "$venv/bin/pip" ] && lacks_venv; then
+    stop "$(command -v "$python") has no venv module; run: sudo apt-get install python$version-venv"
 fi
+environment "$venv" "$python" -e '.[all,dev,docs]'
 bin=$(cd "$venv/bin" && pwd)
 # Tests that start the passgraph command find the one of this checkout.
 export PATH="$bin:$PATH"
@@ -141,6 +145,36 @@ step ruff format --check .
 step ruff check .
 step lint-imports
 step mypy
+
+# The newest supported Python here of another version than PYTHON.
+another_python() {
+    local minor found
+    for minor in 14 13 12 11; do
+        [ "3.$minor" != "$version" ] || continue
+        for found in "python3.$minor" "${PYENV_ROOT:-$HOME/.pyenv}/versions/3.$minor".*/bin/python; do
+            if "$found" -c 'import ensurepip, venv' 2>/dev/null; then
+                echo "$found"
+                return
+            fi
+        done
+    done
+}
+
+if [ "$whole" -eq 1 ]; then
+    second=${SECOND_PYTHON-$(another_python)}
+    heading "tests on a second Python"
+    if [ -z "$second" ]; then
+        echo "none of Python 3.11 to 3.14 but $version is here: skipped"
+    else
+        second_version=$("$second" -V)
+        echo "$second_version"
+        { environment "$venv-second" "$second" -e '.[fuzz,gl,video]' pytest-xdist scipy &&
+            PASSGRAPH_EXPECT=numpy "$venv-second/bin/python" -m pytest -q -n 2 -m "not slow" "${of_python[@]}" \
+                tests/files/test_video.py; } ||
+            failed+=("tests on $second_version")
+    fi
+fi
+
 if [ ${#failed[@]} -gt 0 ]; then
     heading "failed before the tests"
     printf '%s\n' "${failed[@]}"

@@ -8,6 +8,7 @@ import pytest
 import passgraph as pg
 from passgraph.plan.build import build
 from passgraph.plan.data import DrawStep, Options, Plan
+from tests.conftest import require
 
 SIZE = (9, 7)
 MESH = pg.Mesh.make(
@@ -72,6 +73,7 @@ def written(plan: Plan) -> list[list[str]]:
 @pytest.mark.parametrize("wanted", [("color",), ("seen",), ("height", "color"), ("depth",), ("depth", "seen")])
 @pytest.mark.parametrize("name", ["numpy", "gl", "opencl", "webgpu", "reference"])
 def test_what_is_left_is_the_same_bits(name: str, wanted: tuple[str, ...]) -> None:
+    require(name)
     picture = np.random.default_rng(4).random((*SIZE[::-1], 4), np.float32)
     results = []
     for cull in (True, False):
