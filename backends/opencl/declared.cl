@@ -10,13 +10,21 @@ int __attribute__((overloadable)) atomic_inc(volatile __local int*);
 uint __attribute__((overloadable)) atomic_inc(volatile __local uint*);
 float4 __attribute__((overloadable, pure)) vload4(size_t, const __global float*);
 
-float PG_VALUE fabs(float);
+// The compiler's own, one instruction each where the processor has it.  With those of PoCL's library (3.1) the passes of
+// the shipped scene take a quarter longer.
+#undef fabs
+#define fabs(x) __builtin_fabsf(x)
+#undef floor
+#define floor(x) __builtin_floorf(x)
+#undef ceil
+#define ceil(x) __builtin_ceilf(x)
+#undef trunc
+#define trunc(x) __builtin_truncf(x)
+#undef rint
+#define rint(x) __builtin_rintf(x)
+#undef sqrt
+#define sqrt(x) __builtin_sqrtf(x)
 float PG_VALUE fma(float, float, float);
-float PG_VALUE floor(float);
-float PG_VALUE ceil(float);
-float PG_VALUE trunc(float);
-float PG_VALUE rint(float);
-float PG_VALUE sqrt(float);
 float PG_VALUE fmin(float, float);
 float PG_VALUE fmax(float, float);
 float PG_VALUE ldexp(float, int);
