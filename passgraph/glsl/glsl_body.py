@@ -179,7 +179,7 @@ class Body:
         inner.scopes, inner.heads = [{}], {1}
         written = assigned_names(function.body, partial(overloads, self.unit))
         for parameter, argument in zip(function.parameters, arguments, strict=True):
-            inner.take(parameter, argument, span, fixed=parameter.name not in written)
+            inner.take(parameter, argument, span, fixed=parameter.is_const or parameter.name not in written)
         part = inner.run(function.body, span)
         calls.pop()
         for parameter, argument in zip(function.parameters, arguments, strict=True):

@@ -9,6 +9,7 @@ from typing import Any, Literal, NoReturn, TypeVar
 import numpy as np
 
 from passgraph.glsl import syntax as g
+from passgraph.glsl.dialect import REDECLARED, Dialect
 from passgraph.glsl.elsewhere import elsewhere, mending
 from passgraph.glsl.tokens import Token
 from passgraph.language.meanings import int_of_bits
@@ -33,14 +34,18 @@ _TIGHTNESS = {sign: level for level, signs in enumerate(_LEVELS) for sign in sig
 
 
 class ExpressionParser:
-    """Parse expressions; :class:`Parser` adds declarations and statements."""
+    """Parse expressions; :class:`Parser` adds declarations and statements.
 
-    def __init__(self, tokens: Sequence[Token], file: str) -> None:
+    ``dialect`` : the version whose rules are checked; None for text that passgraph itself writes
+    """
+
+    def __init__(self, tokens: Sequence[Token], file: str, dialect: Dialect | None = None) -> None:
         last = tokens[-1].span if tokens else Span(file, 1, 0, 1)
         end = Span(last.file, last.line, last.end_column, last.end_column + 1, last.text)
         self.tokens = [*tokens, Token("end", "the end of the text", end)]
         self.position, self.nested = 0, 0
         self.types = set(TYPES)  # structs are added
+        self.dialect = dialect
 
     # Tokens
 
@@ -92,6 +97,17 @@ class ExpressionParser:
             self.unexpected(what)
         return self.take()
 
+    def declared_name(self, what: str) -> Token:
+        """Take a name that the text declares."""
+        token = self.name(what)
+        if self.dialect is None:
+            return token
+        if token.text in self.dialect.reserved:
+            fail(token.span, f"{token.text!r} is a reserved word of {self.dialect.name}; choose another name")
+        if token.text.startswith("gl_") and token.text not in REDECLARED:
+            fail(token.span, f"{token.text!r}: names that begin with gl_ belong to GLSL; choose another name")
+        return token
+
     def node(self, kind: type[E], span: Span, *parts: Any) -> E:
         """Create a node, one level deeper than the deepest expression in it."""
         depth = 0
@@ -126,7 +142,7 @@ class ExpressionParser:
         self.enter()
         target = self._choice()
         if self.here.text in _ASSIGNMENTS:
-            sign = self.take().text[:-1]
+            sign = self._operator().text[:-1]
             value = self.assignment()
             target = self.node(g.Assignment, _around(target, value), sign, target, value)
         self.leave()
@@ -147,7 +163,7 @@ class ExpressionParser:
         """Parse operators from a level on, by precedence climbing."""
         left = self._unary()
         while (tightness := _TIGHTNESS.get(self.here.text, -1)) >= level:
-            sign = self.take().text
+            sign = self._operator().text
             right = self._binary(tightness + 1)
             left = self.node(g.Binary, _around(left, right), sign, left, right)
         return left
@@ -157,13 +173,19 @@ class ExpressionParser:
         if token.text not in ("-", "+", "!", "~", "++", "--"):
             return self._postfix(self._primary())
         self.enter()
-        self.take()
+        self._operator()
         operand = self._unary()
         self.leave()
         span = _between(token.span, operand.span)
         if token.text in ("++", "--"):
             return self.node(g.Step, span, token.text[0], True, operand)
         return self.node(g.Unary, span, token.text, operand)
+
+    def _operator(self) -> Token:
+        token = self.take()
+        if self.dialect is not None and self.dialect.lacks(token.text):
+            fail(token.span, f"{self.dialect.name} has no operator {token.text}; begin with a newer #version")
+        return token
 
     def _postfix(self, base: g.Expr) -> g.Expr:
         while self.at(".", "[", "++", "--"):
@@ -270,8 +292,17 @@ _NEWER = frozenset(
 )  # fmt: skip
 
 
+#: Qualifiers of declarations outside of functions, which a variable inside of one cannot have.
+_OUTER = frozenset(["uniform", "varying", "attribute", "buffer", "shared"])
+_PASSED = frozenset(["in", "out", "inout"])
+_PRECISIONS = frozenset(["highp", "mediump", "lowp"])
+
+
 class Parser(ExpressionParser):
     """Parse a whole shader."""
+
+    loops = switches = 0  # that enclose the statement being parsed
+    is_void = True  # the function being parsed
 
     def shader(self) -> list[g.Outer]:
         """Parse the declarations and functions of a shader, in order."""
@@ -307,6 +338,9 @@ class Parser(ExpressionParser):
         if self.skip(";"):
             return structs
         if self.here.kind == "name" and self.ahead().text == "(":
+            self._check_qualifiers(start, qualifiers, _OUTER | _PASSED, "the result of a function")
+            if self.dialect is not None and "sampler" in type_.name:
+                fail(type_.span, "a function cannot return a sampler; pass it as a parameter")
             return [*structs, self._function(start, type_)]
         return [*structs, self._declaration(start, qualifiers, layout, type_)]
 
@@ -320,6 +354,11 @@ class Parser(ExpressionParser):
                 self._check_stage()
                 qualifiers.add(self.take().text)
         return frozenset(qualifiers), layout
+
+    def _check_qualifiers(self, span: Span, qualifiers: frozenset[str], forbidden: frozenset[str], what: str) -> None:
+        """Raise KernelError for qualifiers that do not belong to ``what``."""
+        if self.dialect is not None and qualifiers & forbidden:
+            fail(span, f"{what} cannot be {' '.join(sorted(qualifiers & forbidden))}; leave that out")
 
     def _at_qualifier(self) -> bool:
         text, following = self.here.text, self.ahead()
@@ -368,19 +407,20 @@ class Parser(ExpressionParser):
     def _struct(self) -> g.Struct:
         span = self.take().span
         if self.here.kind == "name":
-            span, name = self.here.span, self.take().text
+            span, name = self.here.span, self.declared_name("the name of a struct").text
         else:
             name = f"struct {self.position}"
-        fields = self._fields()
+        fields = self._fields(_OUTER | _PASSED | {"const", "centroid", "smooth", "flat", "noperspective"})
         self.types.add(name)
         return g.Struct(span, name, fields)
 
-    def _fields(self) -> tuple[g.Variable, ...]:
+    def _fields(self, forbidden: frozenset[str] = frozenset()) -> tuple[g.Variable, ...]:
         self.expect("{")
         fields: list[g.Variable] = []
         while not self.skip("}"):
             start = self.here.span
             qualifiers, layout = self._qualifiers()
+            self._check_qualifiers(start, qualifiers, forbidden, "a field of a struct")
             inner: list[g.Outer] = []
             type_ = self._type(inner)
             if inner:
@@ -389,9 +429,9 @@ class Parser(ExpressionParser):
         return tuple(fields)
 
     def _interface(self, start: Span, qualifiers: frozenset[str]) -> g.Interface:
-        name = self.take().text
+        name = self.declared_name("the name of a block").text
         fields = self._fields()
-        instance = self.take().text if self.here.kind == "name" else ""
+        instance = self.declared_name("the name of a block").text if self.here.kind == "name" else ""
         lengths = self.lengths() if instance else ()
         self.expect(";")
         return g.Interface(start, qualifiers, name, fields, instance, lengths)
@@ -399,7 +439,9 @@ class Parser(ExpressionParser):
     # Functions
 
     def _function(self, start: Span, result: g.TypeName) -> g.Function:
-        name = self.take()
+        name = self.declared_name("the name of a function")
+        if self.dialect is not None and name.text == "main" and (result.name != "void" or result.lengths):
+            fail(result.span, "main returns nothing; write void main()")
         self.expect("(")
         parameters: list[g.Parameter] = []
         if self.at("void") and self.ahead().text == ")":
@@ -408,23 +450,39 @@ class Parser(ExpressionParser):
             parameters.append(self._parameter())
             if not self.at(")"):
                 self.expect(",")
+        self.is_void = result.name == "void" and not result.lengths
         body = None if self.skip(";") else self.block()
         return g.Function(name.span, name.text, result, tuple(parameters), body)
 
     def _parameter(self) -> g.Parameter:
+        start = self.position
         qualifiers, _ = self._qualifiers()
+        self._check_qualifiers(self.tokens[start].span, qualifiers, _OUTER, "a parameter")
+        self._check_order(self.tokens[start : self.position])
         if self.here.text not in self.types:
             self.unexpected("the type of a parameter")
         token = self.take()
         lengths = self.lengths()
-        name = self.take() if self.here.kind == "name" else Token("name", "", token.span)
+        is_named = self.here.kind == "name"
+        name = self.declared_name("the name of a parameter") if is_named else Token("name", "", token.span)
         type_ = g.TypeName(token.span, token.text, (*self.lengths(), *lengths))
         passed: Literal["in", "out", "inout"] = "in"
         if "inout" in qualifiers or {"in", "out"} <= qualifiers:
             passed = "inout"
         elif "out" in qualifiers:
             passed = "out"
-        return g.Parameter(name.span, name.text, type_, passed)
+        if self.dialect is not None and passed != "in" and "sampler" in type_.name:
+            fail(name.span, f"a sampler cannot be {passed}; leave that out")
+        return g.Parameter(name.span, name.text, type_, passed, "const" in qualifiers)
+
+    def _check_order(self, qualifiers: Sequence[Token]) -> None:
+        """Raise KernelError for qualifiers of a parameter in another order than older versions allow."""
+        if self.dialect is None or not self.dialect.has_ordered_qualifiers:
+            return
+        ranks = [0 if token.text == "const" else 1 if token.text in _PASSED else 2 for token in qualifiers]
+        for token, rank, before in zip(qualifiers[1:], ranks[1:], ranks, strict=False):
+            if rank < before:
+                fail(token.span, f"{token.text} comes earlier: const, then in or out, then precision")
 
     # Statements
 
@@ -449,6 +507,7 @@ class Parser(ExpressionParser):
         if self._declares():
             start = self.here.span
             qualifiers, layout = self._qualifiers()
+            self._check_qualifiers(start, qualifiers, _OUTER | _PASSED, "a variable inside of a function")
             structs: list[g.Outer] = []
             type_ = self._type(structs)
             declared = [struct for struct in structs if isinstance(struct, g.Struct)]
@@ -468,7 +527,7 @@ class Parser(ExpressionParser):
     ) -> g.Declaration:
         variables: list[g.Variable] = []
         while True:
-            name = self.name("the name of a variable")
+            name = self.declared_name("the name of a variable")
             own = g.TypeName(type_.span, type_.name, (*self.lengths(), *type_.lengths))
             value = self._initial() if self.skip("=") else None
             variables.append(g.Variable(name.span, name.text, own, value))
@@ -512,9 +571,9 @@ class Parser(ExpressionParser):
         if self.skip("for"):
             return self._for(span)
         if self.skip("while"):
-            return g.Loop(span, None, self._parenthesized(), None, self._inner())
+            return g.Loop(span, None, self._parenthesized(), None, self._looped())
         if self.skip("do"):
-            body = self._inner()
+            body = self._looped()
             self.expect("while")
             condition = self._parenthesized()
             self.expect(";")
@@ -523,15 +582,26 @@ class Parser(ExpressionParser):
             return self._switch(span)
         if self.skip("return"):
             value = None if self.at(";") else self.expression()
+            if value is None and not self.is_void:
+                fail(span, "a function that is not void returns a value; write it after return")
             self.expect(";")
             return g.Return(span, value)
         for kind in ("break", "continue", "discard"):
             if self.skip(kind):
+                if kind != "discard" and not self.loops + (self.switches if kind == "break" else 0):
+                    fail(span, f"{kind} belongs inside a loop")
                 self.expect(";")
                 return g.Jump(span, kind)
         value = self.expression()
         self.expect(";")
         return g.Evaluate(span, value)
+
+    def _looped(self) -> g.Statement:
+        """Parse the statement of a loop."""
+        self.loops += 1
+        statement = self._inner()
+        self.loops -= 1
+        return statement
 
     def _parenthesized(self) -> g.Expr:
         self.expect("(")
@@ -546,12 +616,13 @@ class Parser(ExpressionParser):
         self.expect(";")
         update = None if self.at(")") else self.expression()
         self.expect(")")
-        return g.Loop(span, start[0] if start else None, condition, update, self._inner())
+        return g.Loop(span, start[0] if start else None, condition, update, self._looped())
 
     def _switch(self, span: Span) -> g.Switch:
         value = self._parenthesized()
         self.expect("{")
         self.enter()
+        self.switches += 1
         cases: list[g.Case] = []
         while not self.skip("}"):
             label = self.here.span
@@ -567,5 +638,6 @@ class Parser(ExpressionParser):
                     fail(span, "the brace of this switch is not closed")
                 statements += self._statements()
             cases.append(g.Case(label, case_label, tuple(statements)))
+        self.switches -= 1
         self.leave()
         return g.Switch(span, value, tuple(cases))

@@ -113,9 +113,8 @@ class Statements:
         if body.result is None:
             if node.value is not None and body.expressions.evaluate(node.value) is not None:
                 fail(span, f"{body.name} is void and returns no value")
-        elif node.value is None:
-            fail(span, f"{body.name} must return {body.result_type}")
         else:
+            assert node.value is not None  # the parser's rule
             part = body.expressions.part(node.value)
             what = f"the result of {body.name}"
             part = fitted(part, body.result.type, node.value.span, what)
@@ -128,8 +127,6 @@ class Statements:
             builder.discard(span)
             self.body.exit.leave(span, in_loop=bool(self.around))
             return True
-        if not any(isinstance(one, g.Loop) or node.kind == "break" for one in self.around):
-            fail(span, f"{node.kind} belongs inside a loop")
         builder.emit(ir.Break(span) if node.kind == "break" else ir.Continue(span))
         return False
 

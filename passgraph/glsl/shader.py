@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, cast
 from passgraph.errors import KernelError
 from passgraph.glsl import syntax as g
 from passgraph.glsl.builtins import overloads
+from passgraph.glsl.dialect import Dialect
 from passgraph.glsl.glsl_body import Body
 from passgraph.glsl.glsl_parser import Parser
 from passgraph.glsl.image_functions import STAGE, position
@@ -332,7 +333,8 @@ def parse_shader(source: ShaderText, folder: Path | None = None, levels: frozens
         tokens, reader = preprocessed(pieces, source.defines, folder, source.included)
         for token in [t for t in tokens if t.text in ("lowp", "mediump")][:1]:
             unit.note(token.span, f"{token.text} has 32 bits here, and fewer on some devices")
-        program, uniforms = _program(Parser(tokens, file).shader(), unit, source)
+        dialect = Dialect(reader.version, reader.es)
+        program, uniforms = _program(Parser(tokens, file, dialect).shader(), unit, source)
     except RecursionError:
         raise KernelError(f"{file}: the shader nests too deeply") from None
     notes = tuple(sorted(unit.notes.values(), key=lambda note: (note.span.file, note.span.line)))

@@ -165,6 +165,7 @@ class Parameter:
     name: str
     type: TypeName
     passed: Literal["in", "out", "inout"]
+    is_const: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -17,7 +17,7 @@ uniform float amount = 0.25;
 uniform vec3 tint = vec3(1.0, 0.5, 0.25);
 uniform sampler2D image;
 uniform mat2 turn = mat2(1, 2, 3, 4);
-uniform int half;
+uniform int steps;
 uniform float weights[3] = float[3](1.0, 2.0, 3.0);
 struct Lens { vec2 centre; float k; };
 uniform Lens lens;
@@ -25,7 +25,7 @@ in vec2 uv;
 layout(location = 1) out vec4 second;
 layout(location = 0) out vec3 first;
 void main() {
-    first = mix(texture(image, uv).rgb, tint, amount) + vec3(turn * uv, half) * weights[half];
+    first = mix(texture(image, uv).rgb, tint, amount) + vec3(turn * uv, steps) * weights[steps];
     second = vec4(lens.centre - uv, lens.k, 1.0);
 }"""
 LENS = SimpleNamespace(centre=(0.5, 0.25), k=3.0)
@@ -33,7 +33,7 @@ LENS = SimpleNamespace(centre=(0.5, 0.25), k=3.0)
 
 def drawn(backend: str, travelled: bool = False) -> tuple[Any, Any]:
     kernel = pg.kernel(glsl=TEXT)
-    made = dict(zip("ab", kernel(pg.Input("frame"), half=1, lens=LENS), strict=True))
+    made = dict(zip("ab", kernel(pg.Input("frame"), steps=1, lens=LENS), strict=True))
     if travelled:
         made = pg.from_data(pg.to_data(made))
     with pg.compile(made, backend=backend) as program:
@@ -44,7 +44,7 @@ def drawn(backend: str, travelled: bool = False) -> tuple[Any, Any]:
 def test_uniforms_are_parameters_with_samplers_first() -> None:
     kernel = pg.kernel(glsl=TEXT, name="looks")
     assert repr(kernel) == (
-        "<passgraph pixel kernel looks(image: Image, amount: float, tint: vec3, turn: mat2, half: int, "
+        "<passgraph pixel kernel looks(image: Image, amount: float, tint: vec3, turn: mat2, steps: int, "
         "weights: Array[float, 3], lens: Lens)>"
     )
     defaults = {p.name: p.default for p in kernel.parameters if p.has_default}

@@ -148,7 +148,7 @@ def shader_of(case: Case) -> tuple[str, int]:
     """Return the case as one fragment shader, and how many vec4 it writes."""
     assert case.both is not None
     outputs = [value for value in case.values if value.role == "output"]
-    old = case.version == "100"
+    old = case.version.startswith("100")
     stored = [text for value in outputs for part in _parts(value) for text in _stored(part, value.type)]
     if old and any(value.type.startswith(("i", "u")) for value in outputs):
         stored = [f"float({part})" for value in outputs for part in _parts(value)]
@@ -208,7 +208,7 @@ def _difference(case: Case, numbers: Any, run: int) -> str:
     at = 0
     for value in (value for value in case.values if value.role == "output"):
         expected = value.runs[min(run, len(value.runs) - 1)]
-        whole = value.type.startswith(("int", "ivec", "uint", "uvec")) and case.version != "100"
+        whole = value.type.startswith(("int", "ivec", "uint", "uvec")) and not case.version.startswith("100")
         for component, due in enumerate(expected):
             if whole:
                 got = int(numbers[at]) + (int(numbers[at + 1]) << 16)
