@@ -218,6 +218,7 @@ def unstated(kind: WritableFormat, space: ColorSpace) -> str:
     else:
         stated, taken = space.is_srgb, "sRGB"
         stated |= kind.writer == "png" and (space.has_gamma or space.codes is not None)
+        stated |= kind.writer == "dpx" and space.interop in (LINEAR, "KodakLog")
     if stated:
         return ""
     mend = "; save as .png or .exr" if space.codes is not None else "; save as .exr" if space.interop else ""

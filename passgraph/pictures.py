@@ -320,7 +320,7 @@ def save(
     arguments.flag(raw, f"{file}: raw", InputError)
     kind = format_of_suffix(file)
     pixels = _checked(file, picture)
-    metadata = _metadata(like)
+    metadata = _metadata(like, kind, linear)
     if color is not None:
         metadata = metadata.in_space(_space(file, kind, color))
     if bits is None and metadata.deep and pixels.dtype.kind == "f" and not kind.is_float:
@@ -413,10 +413,19 @@ def fewer_bits(kind: WritableFormat) -> str:
     return f"{kind.name} holds 8 bits a channel, and the source has 16; to keep them, save as .png or .tif"
 
 
-def _metadata(like: str | os.PathLike[str] | Metadata | None) -> Metadata:
+def _metadata(like: str | os.PathLike[str] | Metadata | None, kind: WritableFormat, linear: bool) -> Metadata:
+    """Return the metadata of ``like``, with the color tags that a picture made of that file has in a format.
+
+    A file's color tags say what its pixels are as stored. They do not hold for light that is encoded, and may not hold
+    for floats that were made of codes, which may be decoded.
+    """
     if like is None or isinstance(like, Metadata):
         return like or Metadata()
-    return metadata_of(arguments.path(like, "the picture to copy metadata from"))
+    found = metadata_of(arguments.path(like, "the picture to copy metadata from"))
+    was_light = ColorSpace("", found.space).transfer == "lin" or found.get("chromaticities") is not None
+    if was_light and linear and not kind.is_float:
+        return found.in_space(Recoded("srgb"))
+    return found.in_space(ColorSpace("")) if found.space and kind.is_float and not was_light else found
 
 
 def _space(file: Path, kind: WritableFormat, color: ColorSpace | Recoded | str) -> ColorSpace | Recoded:

@@ -299,7 +299,7 @@ def apply_to_one(
     bits = sink.bits or bits_of(output, picture)
     check_outputs(output, options["capture"], bits)
     tell_of_lost_bits(sink, Pictures([picture]))
-    tell_of_lost_space(output, options["color"])
+    tell_of_lost_space(output, options["color"], Pictures([picture]))
     if options["resume"] and is_made(output, [picture]):
         click.echo(f"{output}: is there already")
         return 0

@@ -104,7 +104,7 @@ class Writing:
 
     def film(self, path: Path) -> Film:
         if not is_video(path):
-            return ToAnimation(path, rate=self.rate)
+            return ToAnimation(path, rate=self.rate, color=self.color)
         return ToVideo(
             path, rate=self.rate, codec=self.codec, options=self.codec_options, sound=self.sound, color=self.color
         )
@@ -287,9 +287,9 @@ def check_writing(writing: Writing, clips: list[Clip]) -> None:
         if isinstance(clip.sink, ToPictures):
             tell_of_lost_bits(clip.sink, clip.source)
             if outputs := outputs_of(clip):
-                tell_of_lost_space(outputs[0][0], writing.color)
-        if isinstance(clip.sink, ToVideo):
-            tell_of_lost_space(clip.sink.path, writing.color)
+                tell_of_lost_space(outputs[0][0], writing.color, clip.source)
+        if isinstance(clip.sink, Film):
+            tell_of_lost_space(clip.sink.path, writing.color, clip.source)
         if isinstance(clip.source, Video) and clip.source.is_interlaced:
             click.echo(f"passgraph: warning: {clip.source.path}: {INTERLACED}", err=True)
     if writing.raw and not any(isinstance(clip.source, Pipe) or isinstance(clip.sink, ToPipe) for clip in clips):

@@ -19,7 +19,7 @@ from passgraph.commands.options import check_computes
 from passgraph.commands.written_files import FLOAT_SUFFIXES, check_folder, check_picture_path
 from passgraph.errors import InputError
 from passgraph.language.native import Math
-from passgraph.pictures import check_holds_bits, save, viewable
+from passgraph.pictures import check_holds_bits, metadata_of, save, viewable
 from passgraph.plan.data import Options, Step
 from passgraph.quantise import quantised
 from passgraph.run.caller_arrays import room_of
@@ -221,7 +221,8 @@ def run_and_save(
         is_whole = array.dtype.kind == "u" or output.suffix.lower() in FLOAT_SUFFIXES
         stored = array if is_whole else quantised(array, np.dtype(f"u{bits // 8}"), str(output))
         is_half = bits == 16 and output.suffix.lower() in FLOAT_SUFFIXES
-        save(output, stored, like=like, bits=16 if is_half else None, color=color)
+        kept = None if like is None else metadata_of(like)
+        save(output, stored, like=kept, bits=16 if is_half else None, color=color)
     height, width = array.shape[:2]
     looking = " (with capture)" if observer is not None else ""
     click.echo(

@@ -15,7 +15,8 @@ from passgraph.color_tags import ColorSpace, Recoded
 from passgraph.errors import InputError, reason
 from passgraph.files.animation import is_animated
 from passgraph.files.names import Pattern, has_wildcard, is_film, is_video, unread_files
-from passgraph.image_formats import WRITABLE, unstated
+from passgraph.files.sequences import source_metadata
+from passgraph.image_formats import NO_TAGS, WRITABLE, unstated
 from passgraph.pictures import format_of_suffix, holds_several, split_layer
 from passgraph.writing import NewFile
 
@@ -88,14 +89,19 @@ def tell_of_lost_bits(sink: ToPictures, source: Source) -> None:
         click.echo(f"passgraph: warning: {loss}", err=True)
 
 
-def tell_of_lost_space(path: Path, space: ColorSpace | Recoded | None) -> None:
-    """Warn if a picture format, or a video, cannot state the color space of the results."""
+def tell_of_lost_space(path: Path, space: ColorSpace | Recoded | None, source: Source) -> None:
+    """Warn if an output cannot state the color space of the results, which is by default that of the source."""
+    if space is None:
+        stated = source_metadata(source).space
+        space = None if stated in ("", NO_TAGS) else ColorSpace(stated, stated)
     if not isinstance(space, ColorSpace):
         return
-    if not is_video(path):
-        loss = unstated(format_of_suffix(path), space)
-    else:
+    if is_video(path):
         loss = "" if space.codes else f"videos state no color space {space.name}; its color tags are left out"
+    elif is_film(path):
+        loss = "" if space.is_srgb else f"animations state no color space {space.name}; readers take them as sRGB"
+    else:
+        loss = unstated(format_of_suffix(path), space)
     if loss:
         click.echo(f"passgraph: warning: {path}: {loss}", err=True)
 

@@ -17,6 +17,7 @@ from passgraph import arguments
 from passgraph.errors import InputError, reason
 from passgraph.files.frame import Frame
 from passgraph.image_files import MAX_BYTES
+from passgraph.image_formats import Metadata
 from passgraph.pictures import check_size
 from passgraph.reading import read_bytes
 
@@ -70,6 +71,7 @@ class Animation:
     rate : frames a second on average
     time_base : the unit of ``pts`` and ``duration`` in a frame's metadata, in seconds
     plays : how often the animation plays, 0 for endlessly
+    picture_metadata : the color profile, for pictures that are made of its frames
 
     Raises
     ------
@@ -87,6 +89,7 @@ class Animation:
                 self._check(image)
                 self.size: tuple[int, int] = image.size
                 self.plays = _plays_of(image)
+                self._profile = np.frombuffer(image.info.get("icc_profile") or b"", np.uint8)
                 self._seconds = self._times(image)
         except InputError:
             raise
@@ -98,6 +101,12 @@ class Animation:
     @property
     def name(self) -> str:
         return os.fspath(self.path)
+
+    @property
+    def picture_metadata(self) -> Metadata:
+        """Return the metadata of pictures that are made of its frames: the color profile."""
+        is_rgb = bytes(self._profile[16:20]) == b"RGB "  # ICC.1:2022, section 7.2.6
+        return Metadata((("ICCProfile", f"uint8[{self._profile.size}]", self._profile),) if is_rgb else ())
 
     def __iter__(self) -> Iterator[Frame]:
         pictures = self._pictures()

@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from passgraph.color_tags import ColorSpace, Recoded
 from passgraph.errors import InputError
 from passgraph.files.animation import Animation
 from passgraph.files.film import Film
 from passgraph.files.frame import Frame, Source, Stored
 from passgraph.files.names import WRITTEN_ANIMATIONS
+from passgraph.files.sequences import source_metadata
 from passgraph.files.stored import with_channels
 
 if TYPE_CHECKING:
@@ -35,6 +37,7 @@ class ToAnimation(Film):
     ----------
     path : .gif or .apng
     rate : frames a second of sources without times; frames of an animation or a video keep theirs
+    color : the color space of the results, as for `passgraph.save`; by default an .apng keeps the source's profile
 
     A frame of a GIF has at most 255 colors; a frame with more is dithered to an adaptive palette. Its alpha is 0 or 1,
     with the threshold at one half. An .apng holds 8 bits a channel. All frames are in memory until the end. Players
@@ -44,8 +47,15 @@ class ToAnimation(Film):
 
     kind = "an animation"
 
-    def __init__(self, path: str | os.PathLike[str], *, rate: Fraction | None = None) -> None:
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        rate: Fraction | None = None,
+        color: ColorSpace | Recoded | str | None = None,
+    ) -> None:
         super().__init__(path, rate)
+        self.color = ColorSpace(color, color) if isinstance(color, str) else color
         format = WRITTEN_ANIMATIONS.get(self.path.suffix.lower())
         if format is None:
             expected = " or ".join(WRITTEN_ANIMATIONS)
@@ -55,6 +65,7 @@ class ToAnimation(Film):
     def begin(self, source: Source) -> None:
         super().begin(source)
         self._plays = source.plays if isinstance(source, Animation) else 0
+        self._profile = b"" if self.color is not None or self._format == "GIF" else source_metadata(source).profile
         #: The start of each frame to write, in the format's units, and its picture.
         self._kept: list[tuple[int, Image]] = []
         #: The end of the last frame, in seconds.
@@ -100,6 +111,7 @@ class ToAnimation(Film):
                     append_images=pictures[1:],
                     optimize=False,
                     duration=[length * 1000 // units for length in lengths],
+                    **({"icc_profile": self._profile} if self._profile else {}),
                     **self._repeats(),
                     **_disposal(pictures),
                 )

@@ -17,20 +17,8 @@ from passgraph.image_formats import READ_SUFFIXES
 UNREAD_SUFFIXES = (".avif", ".heic", ".heif", ".dng", ".cr2", ".cr3", ".nef", ".arw")
 #: Suffixes of files that are read and written as videos.
 VIDEO_SUFFIXES = (
-    ".mp4",
-    ".m4v",
-    ".mov",
-    ".mkv",
-    ".webm",
-    ".avi",
-    ".ts",
-    ".mpg",
-    ".mpeg",
-    ".ogv",
-    ".wmv",
-    ".flv",
-    ".y4m",
-)
+    ".mp4", ".m4v", ".mov", ".mkv", ".webm", ".avi", ".ts", ".mpg", ".mpeg", ".ogv", ".wmv", ".flv", ".y4m"
+)  # fmt: skip
 #: Suffixes of files that are written as animations, with Pillow's names of the formats.
 WRITTEN_ANIMATIONS = {".gif": "GIF", ".apng": "PNG"}
 

@@ -188,6 +188,13 @@ class ToPictures(Sink):
         save(path, picture, like=self.notes(frame), bits=bits)
 
 
+def source_metadata(source: Source) -> Metadata:
+    """Return the metadata of a source's frames, of its first picture file where each has its own."""
+    if isinstance(source, Pictures):
+        return metadata_of(next(iter(source.paths.values()))) if source.paths else Metadata()
+    return getattr(source, "picture_metadata", None) or Metadata()
+
+
 def bits_of(output: Path, made_of: Path | None, deep: bool = False) -> int:
     """Return an output's default bits a channel: those of its source, if the format has them."""
     kind = WRITABLE.get(output.suffix.lower())

@@ -17,12 +17,10 @@ from passgraph.errors import InputError, reason
 from passgraph.files.chroma import location_to_write
 from passgraph.files.film import Film
 from passgraph.files.frame import Frame, OutputError, Source, Stored
-from passgraph.files.sequences import Pictures
+from passgraph.files.sequences import source_metadata
 from passgraph.files.stored import with_channels
 from passgraph.files.video import BT709, OPENING, RGB, UNSPECIFIED, Video, import_av, open_container, opened, stated
 from passgraph.files.video_pixels import FULL, LIMITED, Conversion, is_matrix
-from passgraph.image_formats import Metadata
-from passgraph.pictures import metadata_of
 
 if TYPE_CHECKING:
     from passgraph.files.video import Video
@@ -221,8 +219,7 @@ class ToVideo(Film):
         if isinstance(source, Video) and not isinstance(self.color, ColorSpace):
             matrix = source.matrix if source.has_chroma else UNSPECIFIED
             return Codes(source.primaries, source.transfer, matrix)
-        first = next(iter(source.paths.values()), None) if isinstance(source, Pictures) else None
-        metadata = Metadata() if first is None else metadata_of(first)
+        metadata = source_metadata(source)
         if self.color is not None:
             metadata = metadata.in_space(self.color)
         return ColorSpace("", metadata.space).codes or Codes(UNSPECIFIED, UNSPECIFIED, UNSPECIFIED)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from passgraph import arguments
+from passgraph.color_tags import ColorSpace
 from passgraph.errors import InputError
 from passgraph.image_formats import Metadata
 from passgraph.pictures import metadata_of
@@ -38,6 +39,7 @@ def tiled(
     dtype: object = None,
     tile: tuple[int, int] | None = None,
     size: tuple[int, int] | None = None,
+    color: str | None = None,
     backend: str | Backend | None = None,
     options: Options | None = None,
     non_finite: NonFinite = "error",
@@ -74,6 +76,8 @@ def tiled(
         (width, height) of a tile without its halo, instead of one chosen from ``memory``.
     size
         (width, height) of results that do not take an input's size.
+    color
+        The color space of the results, for color tags, as for `passgraph.save`; by default the tags of the input.
     backend, options, non_finite
         As in `passgraph.compile`; ``reference`` is not supported, since it runs kernels as written.
     progress
@@ -107,7 +111,7 @@ def tiled(
     """
     request = TileRequest(graph, source, memory, values, tile, size, backend, options, non_finite)
     with ExitStack() as stack:
-        job = prepared(request, lambda plan, sources: _sinks(plan, sink, dtype, sources, source), stack)
+        job = prepared(request, lambda plan, sources: _sinks(plan, sink, dtype, sources, source, color), stack)
         run = _runner(job, client, memory, stack)
         for output in job.sinks.values():
             stack.callback(output.abandon)
@@ -132,16 +136,18 @@ def _runner(job: Job, client: Client | None, memory: int | str, stack: ExitStack
     return lambda advance: ClusterRun(client, job, block_cache_bytes(memory)).all(advance)
 
 
-def _notes(sources: Mapping[str, Source], pictures: object) -> Metadata:
+def _notes(sources: Mapping[str, Source], pictures: object, color: str | None) -> Metadata:
     """Return the metadata that a result keeps of the first input: color profile, resolution, and opacity."""
     name, source = next(iter(sources.items()), ("", None))
     picture = pictures.get(name) if isinstance(pictures, Mapping) else pictures
     metadata = metadata_of(Path(picture)) if isinstance(picture, (str, os.PathLike)) else Metadata()
+    if color is not None:
+        metadata = metadata.in_space(ColorSpace(color, arguments.string(color, "tiled: color")))
     return replace(metadata, opaque=source is not None and source.shape[2] in (1, 3))
 
 
 def _sinks(
-    plan: Plan, outputs: object, dtype: object, sources: Mapping[str, Source], pictures: object
+    plan: Plan, outputs: object, dtype: object, sources: Mapping[str, Source], pictures: object, color: str | None
 ) -> dict[str, Sink]:
     names = list(plan.outputs)
     if not isinstance(outputs, Mapping):
@@ -152,7 +158,7 @@ def _sinks(
     if unknown or len(outputs) != len(names):
         got = arguments.shown(unknown[0]) if unknown else ", ".join(map(repr, outputs)) or "none"
         raise InputError(f"sink must name each result ({', '.join(names)}) and nothing else, got {got}")
-    sinks, notes = {}, _notes(sources, pictures)
+    sinks, notes = {}, _notes(sources, pictures, color)
     for name, resource in plan.outputs.items():
         info = plan.resources[resource]
         shape = info.size[1], info.size[0], info.format.channels

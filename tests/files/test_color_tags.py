@@ -268,3 +268,173 @@ def test_pictures_and_videos_tag_each_other(tmp_path: Path) -> None:
     assert video_tags(tmp_path / "c.mkv")[:2] == (12, 13)
     assert run(["apply", *COPY, str(video(tmp_path / "d.mkv", 2, **BT709)), "-o", "d.%d.png"]) == 0
     assert tags(tmp_path / "d.1.png") == S_RGB
+
+
+# The table of docs/frames.md
+
+
+def table() -> list[list[str]]:
+    """Rows of the section "What is kept"."""
+    text = (Path(__file__).parents[2] / "docs/frames.md").read_text(encoding="utf-8")
+    section = text.split("### What is kept")[1].split("\n## ")[0]
+    return [line.strip("| ").split(" | ") for line in section.splitlines() if line.startswith("| ")][1:]
+
+
+def oiio_value(path: Path, name: str) -> Any:
+    import OpenImageIO
+
+    image = OpenImageIO.ImageInput.open(str(path))
+    value = image.spec().getattribute(name)
+    image.close()
+    return None if value is None else tuple(np.ravel(value).tolist())
+
+
+def pillow_source(path: Path) -> Path:
+    """A picture with a profile, EXIF and resolution."""
+    exif = Image.Exif()
+    exif[0x010F] = "Camera"
+    pixels = Image.new("RGB", (6, 4), (90, 120, 200))
+    if path.suffix == ".apng":
+        frames = [pixels, Image.new("RGB", (6, 4), (9, 9, 9))]
+        frames[0].save(path, "PNG", save_all=True, append_images=frames[1:], duration=100, icc_profile=PROFILE)
+    else:
+        pixels.save(path, icc_profile=PROFILE, exif=exif, dpi=(150, 150))
+    return path
+
+
+def profile_of(path: Path) -> Any:
+    with Image.open(path) as image:
+        return image.info.get("icc_profile")
+
+
+def pillow_value(path: Path, word: str) -> Any:
+    with Image.open(path) as image:
+        return image.getexif().get(0x010F) if word == "EXIF" else tuple(round(x) for x in image.info.get("dpi", ()))
+
+
+def video_source(path: Path) -> Path:
+    from tests.files.test_video_kept import HDR, write
+
+    light = "master-display=G(13250,34500)B(7500,3000)R(34000,16000)WP(15635,16450)L(10000000,1):max-cll=1000,400"
+    options = {"x265-params": f"log-level=none:{light}"}
+    return write(path, "libx265", "yuv420p10le", (500, 512, 512), options, **HDR)
+
+
+def timed_source(path: Path) -> Path:
+    if path.suffix == ".exr":
+        import OpenImageIO
+
+        spec = OpenImageIO.ImageSpec(6, 4, 3, "half")
+        spec.attribute("smpte:TimeCode", OpenImageIO.TypeDesc("timecode"), (0x01020304, 0))
+        image = OpenImageIO.ImageOutput.create("a.exr")
+        image.open(str(path), spec)
+        image.write_image(np.zeros((4, 6, 3), np.float16))
+        image.close()
+        return path
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("libx264", rate=25)
+        stream.width, stream.height, stream.pix_fmt = 64, 48, "yuv420p"
+        container.metadata["timecode"] = "01:02:03:04"
+        container.mux(stream.encode(av.VideoFrame(64, 48, "yuv420p")))
+        container.mux(stream.encode())
+    return path
+
+
+def time_code(path: Path) -> Any:
+    if path.suffix == ".exr":
+        return oiio_value(path, "smpte:TimeCode")
+    with av.open(str(path)) as container:
+        return container.streams.video[0].metadata.get("timecode")
+
+
+def hdr_numbers(path: Path) -> Any:
+    from tests.files.test_video_kept import hdr_of
+
+    return tuple(hdr_of(path)) or None
+
+
+SUFFIXES = {
+    "PNG": ".png", "JPEG": ".jpg", "TIFF": ".tif", "WebP": ".webp", "APNG": ".apng",
+    "OpenEXR": ".exr", "MP4": ".mp4", "MKV": ".mkv", "MOV": ".mov",
+}  # fmt: skip
+#: What a file says → how to make such a file, how to read it, and its value after a conversion to PQ.
+TAGS: dict[str, tuple[Any, Any, Any]] = {
+    "ICC profile": (pillow_source, profile_of, None),
+    "cICP": (lambda path: png_source(path, cicp=(12, 13)), lambda path: png_tags(path).get("cICP"), (9, 16, 0, 1)),
+    "gAMA": (lambda path: png_source(path, gamma=100000), lambda path: png_tags(path).get("gAMA"), None),
+    "`colorInteropID`": (
+        lambda path: exr_source(path, colorInteropID="lin_ap0_scene"),
+        lambda path: exr_tags(path).get("colorInteropID"), "pq_rec2020_display",
+    ),
+    "`chromaticities`": (
+        lambda path: exr_source(path, chromaticities=AP0), lambda path: exr_tags(path).get("chromaticities"), None,
+    ),
+    "primaries, transfer and matrix": (video_source, video_tags, (12, 13, 1)),
+    "mastering display and light levels": (video_source, hdr_numbers, None),
+    "resolution": (pillow_source, lambda path: pillow_value(path, "resolution"), None),
+    "EXIF": (pillow_source, lambda path: pillow_value(path, "EXIF"), None),
+    "time code": (timed_source, time_code, None),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("row", table(), ids=lambda row: row[0])
+def test_the_documented_tags_are_kept_or_of_the_result(tmp_path: Path, row: list[str]) -> None:
+    make, read, of_the_result = TAGS[row[0]]
+    for name in row[1].split(", "):
+        suffix = SUFFIXES[name]
+        made = make(tmp_path / f"a{suffix}")
+        own = read(made)
+        assert own, name
+        to_p3 = row[0].startswith("primaries")
+        for effect, word in ((COPY, row[2]), (TO_P3 if to_p3 else TO_PQ, row[3])):
+            path = tmp_path / f"{effect[0]}{suffix}"
+            assert run(["apply", effect[0], str(made), "-o", str(path), *effect[1:]]) == 0
+            found = read(path)
+            expected = {"kept": own, "left out": None, "that of the result": of_the_result}[word]
+            assert (found or None) == expected, (name, word)
+
+
+def test_the_table_has_every_tag() -> None:
+    assert [row[0] for row in table()] == list(TAGS)
+
+
+def test_what_a_source_states_and_its_copy_cannot_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    source = png_source(tmp_path / "a.png", cicp=(12, 13))
+    clip = video(tmp_path / "a.mkv", 2, **PQ)
+    for given, output, words in (
+        (source, "b.jpg", "b.jpg: JPEG files state no color space srgb_p3d65_scene; readers take them as sRGB"),
+        (clip, "c.%d.jpg", "c.1.jpg: JPEG files state no color space pq_rec2020_display; readers take them as sRGB"),
+        (clip, "d.apng", "d.apng: animations state no color space pq_rec2020_display; readers take them as sRGB"),
+        (source, "e.png", ""),
+        (clip, "f.%d.png", ""),
+    ):
+        assert run(["apply", *COPY, str(given), "-o", output]) == 0
+        told = capsys.readouterr().err
+        assert (words in told) if words else ("state no" not in told)
+
+
+def test_saving_like_a_file_takes_its_tags_as_far_as_they_hold(tmp_path: Path) -> None:
+    """Of pixels as stored; light that is encoded has the file's gamut; of floats that were codes nothing is known."""
+    picture = np.full((4, 6, 3), 0.5, np.float32)
+    light = exr_source(tmp_path / "a.exr", colorInteropID="lin_p3d65_scene")
+    codes = png_source(tmp_path / "a.png", cicp=(12, 13))
+    pg.save(tmp_path / "b.png", picture, like=light, linear=True)
+    pg.save(tmp_path / "c.png", picture, like=codes, linear=True)
+    assert (tags(tmp_path / "b.png"), tags(tmp_path / "c.png")) == (P3, P3)
+    pg.save(tmp_path / "d.png", picture, like=exr_source(tmp_path / "e.exr", chromaticities=AP0), linear=True)
+    assert tags(tmp_path / "d.png") == {}
+    pg.save(tmp_path / "f.exr", picture, like=codes)
+    assert tags(tmp_path / "f.exr") == {}
+
+
+def test_tiles_have_the_tags_of_their_own_space(tmp_path: Path) -> None:
+    copy = pg.kernel(source="def copy(color: Image) -> vec3: return color[0, 0].rgb")
+    graph = copy(pg.Input("frame", "rgb8"), into=pg.target("o", "rgb8"))
+    Image.new("RGB", (6, 4)).save(tmp_path / "a.tif", icc_profile=PROFILE)
+    for color, profile, space in ((None, True, {}), ("lin_ap1_scene", False, IN_AP1), ("", False, {})):
+        for name in ("b.tif", "b.exr"):
+            pg.tiled(graph, tmp_path / "a.tif", tmp_path / name, progress=False, color=color)
+        assert bool(tags(tmp_path / "b.tif")) == profile
+        assert tags(tmp_path / "b.exr") == space
+    with pytest.raises(InputError, match="tiled: color must be a string, got 3"):
+        pg.tiled(graph, tmp_path / "a.tif", tmp_path / "c.tif", progress=False, color=3)  # type: ignore[arg-type]

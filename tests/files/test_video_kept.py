@@ -20,13 +20,13 @@ SIZE = 64, 48
 
 
 def write(path: Path, codec: str, format: str, values: tuple[int, ...], options: Any = None, **context: Any) -> Path:
-    """Two frames, each plane of one value."""
+    """Four frames, each plane of one value; x265 may give fewer frames wrong times."""
     with av.open(str(path), "w") as container:
         stream = container.add_stream(codec, rate=25, options=options or {})
         (stream.width, stream.height), stream.pix_fmt = SIZE, format
         for name, value in context.items():
             setattr(stream.codec_context, name, value)
-        for number in range(2):
+        for number in range(4):
             frame = av.VideoFrame(*SIZE, format)
             frame.pts = number
             kind = np.uint16 if frame.format.components[0].bits > 8 else np.uint8
@@ -84,7 +84,7 @@ def test_alpha_of_webm_is_kept(tmp_path: Path, codec: str, options: dict[str, st
     for path in (made, tmp_path / "b.webm"):
         assert path.exists() or run([*COPY, str(made), "-o", str(path)]) == 0
         pictures = [frame.read() for frame in Video(path)]
-        assert len(pictures) == 2
+        assert len(pictures) == 4
         for picture in pictures:
             assert picture[5, 5].tolist() == pytest.approx([121, 121, 121, 80], abs=2)
 
