@@ -145,8 +145,9 @@ class Metadata:
         """Return the metadata of a result in another color space, with the tags of that space only.
 
         >>> source = Metadata((("Make", "string", "a camera"), ("ICCProfile", "uint8[4]", (1, 2, 3, 4))))
-        >>> source.in_space(ColorSpace("ACEScg", "lin_ap1_scene"))
-        Metadata(entries=(('Make', 'string', 'a camera'),), opaque=False, deep=False, space='lin_ap1_scene')
+        >>> result = source.in_space(ColorSpace("ACEScg", "lin_ap1_scene"))
+        >>> result.entries, result.space
+        ((('Make', 'string', 'a camera'),), 'lin_ap1_scene')
         """
         if isinstance(space, Recoded):
             space = space.of(self.gamut)
@@ -190,14 +191,14 @@ class Metadata:
         return None if per_inch is None or not across or not down else (across * per_inch, down * per_inch)
 
     def stored_channels(self, pixels: Pixels) -> Pixels:
-        """Drop the alpha of (h, w, 4) integers if neither the source nor the picture uses it.
+        """Drop the alpha of (h, w, 4) if neither the source nor the picture uses it.
 
         >>> Metadata(opaque=True).stored_channels(np.full((2, 3, 4), 255, np.uint8)).shape
         (2, 3, 3)
         """
         if not self.opaque or pixels.shape[2] != 4:
             return pixels
-        unused = pixels[..., 3].min() == _opaque(pixels.dtype)
+        unused = is_opaque(pixels[..., 3])
         return np.ascontiguousarray(pixels[..., :3]) if unused else pixels
 
 
@@ -225,6 +226,11 @@ def unstated(kind: WritableFormat, space: ColorSpace) -> str:
     return f"{kind.name} files state no color space {space.name}; readers take them as {taken}{mend}"
 
 
-def _opaque(dtype: np.dtype[Any]) -> Any:
-    """Return alpha 1 in a dtype."""
-    return dtype.type(np.iinfo(dtype).max if dtype.kind == "u" else 1)
+def is_opaque(alpha: Pixels) -> bool:
+    """Return True if alpha is 1 everywhere; of floats, if it is in 16 bits: the weights of a blur sum to 1 nearly.
+
+    >>> is_opaque(np.float32([1, 0.9999999])), is_opaque(np.uint8([255, 254]))
+    (True, False)
+    """
+    least = np.iinfo(alpha.dtype).max if alpha.dtype.kind == "u" else 1 - 0.5 / 65535
+    return bool(alpha.min() >= least)

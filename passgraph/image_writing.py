@@ -13,6 +13,7 @@ from __future__ import annotations
 import errno
 import os
 import shutil
+import struct
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -67,6 +68,8 @@ def encoded_image(file: Path, pixels: Pixels, kind: WritableFormat, metadata: Me
     header = _MOST_HEADER + sum(np.asarray(value).nbytes for _, _, value in metadata.attributes_for(kind.writer))
     with _scratch_file(_MOST_ENCODED * pixels.nbytes + header) as (path, is_memory):
         _encode(file, path, spec, pixels, kind)
+        if kind.writer == "bmp" and pixels.shape[2] == 4:
+            path.write_bytes(_with_alpha_mask(path.read_bytes()))
         if not is_memory:
             _check_complete(file, path, pixels, kind)
         with path.open("rb") as stream:
@@ -101,6 +104,19 @@ def _encode(file: Path, path: Path, spec: oiio.ImageSpec, pixels: Pixels, kind: 
         check_system_error(problem, file)
         reason = f"{kind.name} cannot hold {'×'.join(map(str, pixels.shape))} {pixels.dtype} ({_one_line(problem)})"
         raise InputError(f"{file}: {reason}; save as .png or .exr")
+
+
+def _with_alpha_mask(bmp: bytes) -> bytes:
+    """Return a BMP of OpenImageIO with masks, one for alpha.
+
+    OpenImageIO writes alpha into the byte that BITMAPINFOHEADER calls unused; BITMAPV4HEADER has masks ([MS-WMF],
+    2.2.2.3 and 2.2.2.4).
+    """
+    bit_fields, srgb, longer = 3, 0x73524742, 108 - 40
+    size, start = (int.from_bytes(bmp[place : place + 4], "little") + longer for place in (2, 10))
+    masks = struct.pack("<5I", 0xFF0000, 0xFF00, 0xFF, 0xFF000000, srgb)
+    info = struct.pack("<I", 108) + bmp[18:30] + struct.pack("<I", bit_fields) + bmp[34:54] + masks
+    return bmp[:2] + struct.pack("<III", size, 0, start) + info.ljust(108, b"\0") + bmp[54:]
 
 
 def check_system_error(problem: str, file: Path) -> None:

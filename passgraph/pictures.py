@@ -24,7 +24,7 @@ from passgraph import arguments
 from passgraph.color_tags import ColorSpace, Recoded
 from passgraph.errors import InputError, reason
 from passgraph.image_files import MAX_BYTES, associated, opened_image, straight, upright
-from passgraph.image_formats import WRITABLE, Metadata, WritableFormat, unstated
+from passgraph.image_formats import WRITABLE, Metadata, WritableFormat, is_opaque, unstated
 from passgraph.image_writing import encoded_image, write_image
 from passgraph.quantise import check_no_nan, quantised
 from passgraph.reading import check_regular, read_bytes
@@ -65,7 +65,8 @@ def load(
     layer : a layer, part or channel of an OpenEXR file, such as ``"diffuse"``, ``"N"`` or ``"Z"``; or ``"hdr"``.
     max_bytes : memory limit, checked against the header before anything is allocated: 16 bytes per pixel for the
         result, the decoder's memory (1 to 48 bytes per pixel), and the file itself.
-    linear : decode the colors (not alpha) of integer formats from sRGB to linear light.
+    linear : decode the colors (not alpha) of integer formats to linear light: by the transfer function that the file
+        states, if that is linear, sRGB or a power; else from sRGB.
     raw : do not divide associated colors by alpha. Layers without color, such as Cryptomatte's, are never divided.
 
     Returns
@@ -96,22 +97,54 @@ def load(
     arguments.flag(raw, f"{file}: raw", InputError)
     picture, encoding = _load(file, None, layer or named_layer, max_bytes, as_stored=False, raw=raw)
     if linear and encoding is not None:
-        if encoding.lower() in _LOG:
-            raise InputError(f"{file}: is encoded as {encoding}, not sRGB; load it without linear=True")
-        pixels = picture.reshape(-1, 4)
-        for first in range(0, len(pixels), _PIXELS_AT_ONCE):
-            part = pixels[first : first + _PIXELS_AT_ONCE, :3]
-            part[...] = srgb_to_linear(part)
+        _decode(picture, _light_of(file, encoding))
     return picture
 
 
-def load_stored(path: Path, data: bytes | None = None) -> Stored:
-    """Load a picture in the file's own type: (h, w, 4) uint8, uint16 (both sRGB-encoded) or float32.
+def _decode(picture: Picture, light_of: Callable[[Picture], Picture]) -> None:
+    """Decode the colors of (h, w, 4) in place."""
+    pixels = picture.reshape(-1, 4)
+    for first in range(0, len(pixels), _PIXELS_AT_ONCE):
+        part = pixels[first : first + _PIXELS_AT_ONCE, :3]
+        part[...] = light_of(part)
 
-    ``data`` is the content if it is not on disk; ``path`` then only names it in messages.
+
+def _light_of(file: Path, encoding: str) -> Callable[[Picture], Picture]:
+    """Return the function to linear light of an encoding, by its Color Interop ID or OpenImageIO's name.
+
+    >>> _light_of(Path("a.png"), "g20_rec709_scene")(np.float32([0.5])).tolist()
+    [0.25]
+    """
+    transfer, gamut, _ = f"{encoding.lower()}__".split("_", 2)
+    if transfer == "lin":
+        return lambda codes: codes
+    if power := re.fullmatch("g([0-9]{2})", transfer):
+        gamma = np.float32(int(power[1]) / 10)
+        return lambda codes: codes**gamma
+    if encoding.lower() in _LOG or (gamut and transfer != "srgb"):
+        raise InputError(
+            f"{file}: is encoded as {encoding}, not sRGB; load it without linear=True (--as-stored), or name its color "
+            "space: --from-space"
+        )
+    return srgb_to_linear
+
+
+def load_stored(path: Path, data: bytes | None = None, *, linear: bool = False) -> Stored:
+    """Load a picture in the file's own type: (h, w, 4) uint8, uint16 or float32.
+
+    Parameters
+    ----------
+    path : a file, or only its name in messages
+    data : the content if it is not on disk
+    linear : integers will be decoded from sRGB. Those of another encoding are returned as float32, in linear light.
     """
     file, layer = split_layer(path)
-    return _load(file, data, layer, MAX_BYTES, as_stored=True)[0]
+    picture, encoding = _load(file, data, layer, MAX_BYTES, as_stored=True)
+    if not linear or encoding is None or (light_of := _light_of(file, encoding)) is srgb_to_linear:
+        return picture
+    light = scaled(picture)
+    _decode(light, light_of)
+    return light
 
 
 def split_layer(path: Path) -> tuple[Path, str | None]:
@@ -473,7 +506,7 @@ def _fitting_channels(file: Path, pixels: Stored, kind: WritableFormat) -> Store
     if channels in kind.channels:
         return pixels
     if channels in (2, 4) and not {2, 4} & set(kind.channels):
-        if pixels[..., -1].min() < (1 if pixels.dtype.kind == "f" else np.iinfo(pixels.dtype).max):
+        if not is_opaque(pixels[..., -1]):
             raise InputError(
                 f"{file}: {kind.name} has no transparency; save as .png, or pass picture[..., :{channels - 1}]"
             )

@@ -199,6 +199,15 @@ def test_bmp_top_down(tmp_path: Path) -> None:
     assert np.array_equal(load_stored(path), np.asarray(Image.open(path)))
 
 
+def test_alpha_of_bmp_is_written_with_a_mask(tmp_path: Path) -> None:
+    pixels = rng.integers(0, 256, (5, 7, 4), np.uint8)
+    pg.save(tmp_path / "a.bmp", pixels)
+    with Image.open(tmp_path / "a.bmp") as opened:
+        assert opened.mode == "RGBA"
+        assert np.array_equal(np.asarray(opened), pixels)
+    assert np.array_equal(load_stored(tmp_path / "a.bmp"), pixels)
+
+
 @pytest.mark.parametrize(
     ("masks", "error"),
     [

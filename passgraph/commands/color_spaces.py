@@ -17,7 +17,7 @@ from passgraph.effects.effect_table import Effect
 from passgraph.errors import InputError
 from passgraph.gain_map import HDR
 from passgraph.graph.targets import Target
-from passgraph.pictures import split_layer
+from passgraph.pictures import metadata_of, split_layer
 from passgraph.signatures import wraps
 
 if TYPE_CHECKING:
@@ -85,9 +85,11 @@ def space_of_results(
     if space is not None or not linear or not inputs:
         return space
     source, layer = split_layer(Path(inputs[0]))
-    was_light = source.suffix.lower() in FLOAT_SUFFIXES or layer == HDR
-    is_light = _holds_floats(output, inputs)
-    return None if was_light == is_light else Recoded("lin" if is_light else "srgb")
+    stated = ColorSpace("", metadata_of(Path(inputs[0])).space).transfer
+    was_light = source.suffix.lower() in FLOAT_SUFFIXES or layer == HDR or stated == "lin"
+    if _holds_floats(output, inputs):
+        return None if was_light else Recoded("lin")
+    return Recoded("srgb") if was_light or stated not in ("", "srgb") else None
 
 
 def with_straight_alpha(effect: Effect, alpha: Alpha, encoded: bool, *, additive: bool = False) -> Effect:

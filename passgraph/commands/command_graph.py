@@ -222,7 +222,7 @@ def in_bytes(outputs: dict[str, Target]) -> dict[str, Target]:
 
 def load_frame(path: Path, linear: bool) -> NDArray[Any]:
     """Load a picture in its file's dtype; as float32 if it must be decoded and no sRGB format exists for it."""
-    return as_frame(load_stored(path), linear)
+    return as_frame(load_stored(path, linear=linear), linear)
 
 
 def as_frame(picture: NDArray[Any], linear: bool) -> NDArray[Any]:

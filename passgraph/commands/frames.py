@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -110,7 +111,13 @@ class Converted:
 
     def __iter__(self) -> Iterator[Frame]:
         for frame in self.source:
-            yield Frame(frame.number, frame.name, lambda frame=frame: self._convert(frame.read()), frame.metadata)  # type: ignore[misc]
+            yield Frame(
+                frame.number, frame.name, partial(self._converted, frame, False), frame.metadata,
+                partial(self._converted, frame, True),
+            )  # fmt: skip
+
+    def _converted(self, frame: Frame, linear: bool) -> Stored:
+        return self._convert(frame.pixels(linear=linear))
 
 
 def red_of(picture: Stored) -> Stored:

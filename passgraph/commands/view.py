@@ -126,7 +126,7 @@ class EffectSubject:
     def frame(self, number: int) -> dict[str, Any]:
         if self._frames is None:
             return {}
-        pictures = {"frame": as_frame(self._frames.read(number), self._is_linear)}
+        pictures = {"frame": as_frame(self._frames.read(number, linear=self._is_linear), self._is_linear)}
         return pictures if self._depth is None else {**pictures, "depth": self._depth}
 
     def audio(self, number: int, values: Mapping[str, Any]) -> NDArray[np.uint8] | None:
@@ -162,9 +162,12 @@ class Frames:
         self._at = 0
         #: The first frame and the latest one read, by number.
         self._kept: dict[int, NDArray[Any]] = {}
+        self._are_linear = False
 
-    def read(self, number: int) -> NDArray[Any]:
-        """Return the pixels in the file's dtype."""
+    def read(self, number: int, *, linear: bool = False) -> NDArray[Any]:
+        """Return the pixels in the file's dtype; for ``linear`` see `Frame.pixels`."""
+        if linear != self._are_linear:
+            self._kept, self._are_linear = {}, linear
         if number in self._kept:
             return self._kept[number]
         if number < self._at:
@@ -173,7 +176,7 @@ class Frames:
             self._at += 1
             if self._at > number:
                 first = {0: self._kept[0]} if 0 in self._kept else {}
-                self._kept = {**first, number: frame.read()}
+                self._kept = {**first, number: frame.pixels(linear=linear)}
                 return self._kept[number]
         raise InputError(f"{self.path}: has no frame {number + 1}")
 

@@ -133,7 +133,10 @@ class Run:
         inputs = self.program.inputs
         # A source of Numbers feeds no input.
         frames = {name: frame for name, frame in item.frames.items() if name in inputs}
-        return {name: as_program_input(frame.read(), inputs[name], self.linear) for name, frame in frames.items()}
+        return {
+            name: as_program_input(frame.pixels(linear=self.linear), inputs[name], self.linear)
+            for name, frame in frames.items()
+        }
 
     def _computed(self, loading: Ahead[_Loading]) -> Iterator[_Storing]:
         for item, future in loading:

@@ -27,6 +27,8 @@ class Frame:
     name : the name in messages: the file's path, or the video's path and the frame's number
     read : return the picture; raises InputError if it cannot be decoded
     metadata : of a frame with a time, its ``pts`` and ``time_base``, and its ``duration`` if the file has it
+    read_light : return the picture for a program that gets linear light: integers are decoded from sRGB then, so those
+        that are encoded otherwise are returned as float32; None for `read`
 
     >>> Frame.from_picture(1, "gray", np.full((2, 3, 4), 128, np.uint8)).read().shape
     (2, 3, 4)
@@ -36,6 +38,11 @@ class Frame:
     name: str
     read: Callable[[], Stored]
     metadata: Mapping[str, Any] = field(default_factory=dict)
+    read_light: Callable[[], Stored] | None = None
+
+    def pixels(self, *, linear: bool) -> Stored:
+        """Return the picture for a program that gets linear light, or values as they are stored."""
+        return self.read_light() if linear and self.read_light is not None else self.read()
 
     @staticmethod
     def from_picture(number: int, name: str, picture: Stored) -> Frame:

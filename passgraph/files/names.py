@@ -62,10 +62,13 @@ class Pattern:
         """Return the number in a file's name; None if the name is not of this sequence."""
         _, before, behind, digits = self._parts
         middle = name[len(before) : len(name) - len(behind)]
-        if not (name.startswith(before) and name.endswith(behind) and middle.isascii() and middle.isdigit()):
+        figures = middle.removeprefix("-")
+        if not (name.startswith(before) and name.endswith(behind) and figures.isascii() and figures.isdigit()):
             return None
-        written = len(middle) == digits or (len(middle) > digits and middle[0] != "0")
-        return int(middle) if written and len(middle) <= _MOST_DIGITS else None
+        # The width counts the sign, as of printf (C17, 7.21.6.1), or it does not: -001 and -0001 are frame -1 of ####.
+        written = digits in (len(middle), len(figures)) or (len(figures) > digits and figures[0] != "0")
+        is_negative_zero = figures != middle and not figures.strip("0")
+        return int(middle) if written and not is_negative_zero and len(figures) <= _MOST_DIGITS else None
 
     def files(self) -> dict[int, Path]:
         """Return the files that exist, by number, in order."""

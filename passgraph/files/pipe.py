@@ -104,7 +104,10 @@ class Pipe:
     def _frame(self, number: int, data: bytes) -> Frame:
         name = f"{self.name}, picture {number}"
         if self.raw is None:
-            return Frame(number, name, lambda: load_stored(Path(name), data))
+            return Frame(
+                number, name, lambda: load_stored(Path(name), data),
+                read_light=lambda: load_stored(Path(name), data, linear=True),
+            )  # fmt: skip
         assert self.raw.size is not None
         (width, height), layout = self.raw.size, LAYOUTS[self.raw.layout]
         pixels = np.frombuffer(data, layout.dtype).reshape(height, width, layout.channels)

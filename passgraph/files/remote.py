@@ -153,7 +153,7 @@ class RemoteRun(Run):
                 item, {name: self._file_or_pixels(name, frame) for name, frame in item.frames.items()}
             )
             if result is None:  # the worker does not see the same files
-                result = self._submit(item, {name: frame.read() for name, frame in item.frames.items()})
+                result = self._submit(item, {n: frame.pixels(linear=self.linear) for n, frame in item.frames.items()})
         return result
 
     def _values(self, number: int) -> dict[str, Any]:
@@ -179,8 +179,9 @@ class RemoteRun(Run):
 
         source = self.sources[name]
         if not isinstance(source, Pictures) or frame.number not in source.paths:
-            return frame.read()
-        return Named.from_path(source.paths[frame.number]) or frame.read()  # raises the error of a missing file
+            return frame.pixels(linear=self.linear)
+        named = Named.from_path(source.paths[frame.number])
+        return named or frame.pixels(linear=self.linear)  # raises the error of a missing file
 
     def _output_file(self, frame: Frame) -> Any:
         """Return the picture file that a worker may write, since encoding is most of the work; None for other sinks."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from functools import cache
+from functools import cache, partial
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -72,7 +72,8 @@ class Pictures:
 
     def __iter__(self) -> Iterator[Frame]:
         for number, path in self.paths.items():
-            yield Frame(number, os.fspath(path), lambda path=path: load_stored(path))  # type: ignore[misc]
+            light = partial(load_stored, path, linear=True)
+            yield Frame(number, os.fspath(path), partial(load_stored, path), read_light=light)
 
 
 class Repeated(Pictures):
@@ -86,13 +87,11 @@ class Repeated(Pictures):
         frames = arguments.whole_number(count, "frames: count", 1, MOST_NUMBERS, InputError)
         super().__init__(dict.fromkeys(range(1, frames + 1), Path(path)), os.fspath(path))
 
-    @cached_property
-    def _picture(self) -> Stored:
-        return load_stored(self.paths[1])
-
     def __iter__(self) -> Iterator[Frame]:
-        for number in self.paths:
-            yield Frame(number, self.name, lambda: self._picture)
+        read = cache(load_stored)
+        light = cache(partial(load_stored, linear=True))
+        for number, path in self.paths.items():
+            yield Frame(number, self.name, partial(read, path), read_light=partial(light, path))
 
 
 class ToPictures(Sink):
@@ -233,10 +232,11 @@ class Still:
         is_array = isinstance(picture, np.ndarray)
         self.name = "a still picture" if is_array else os.fspath(picture)  # type: ignore[arg-type]
         self._picture: Stored = picture if is_array else load_stored(Path(picture))  # type: ignore[assignment, arg-type]
+        self._light = (lambda: self._picture) if is_array else cache(partial(load_stored, Path(picture), linear=True))  # type: ignore[arg-type]
 
     def __iter__(self) -> Iterator[Frame]:
         for number in count(1):
-            yield Frame.from_picture(number, self.name, self._picture)
+            yield Frame(number, self.name, lambda: self._picture, read_light=self._light)
 
 
 class Held:
@@ -257,7 +257,9 @@ class Held:
             yield last
         if last is None:
             raise InputError(f"{self.name}: has no frames; expected one or more")
-        repeated = Frame(last.number, last.name, cache(last.read), last.metadata)
+        repeated = Frame(
+            last.number, last.name, cache(last.read), last.metadata, last.read_light and cache(last.read_light)
+        )
         self._tell(f"{self.name}: ends after {number} frames; its last one goes with those that follow")
         while True:
             yield repeated

@@ -161,7 +161,7 @@ def compute(
         if isinstance(picture, Named):
             if not picture.is_here:
                 return None
-            loaded[name] = load_stored(Path(picture.path))
+            loaded[name] = load_stored(Path(picture.path), linear=linear)
         else:
             loaded[name] = picture
     digest, text = graph

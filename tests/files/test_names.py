@@ -21,10 +21,12 @@ def test_both_ways_to_write_a_number(text: str) -> None:
 @pytest.mark.parametrize(
     ("text", "name", "number"),
     [
-        ("a%d.png", "a12.png", 12), ("a%d.png", "a012.png", None), ("a%d.png", "a-1.png", None),
+        ("a%d.png", "a12.png", 12), ("a%d.png", "a012.png", None), ("a%d.png", "a-1.png", -1),
         ("a%d.png", "a².png", None), ("a##.png", "a7.png", None), ("a##.png", "a007.png", None),
         ("a##.png", "a100.png", 100), ("a##.png", "b07.png", None), ("a#a", "a1a", 1), ("aa#a", "aa", None),
-        ("#.png", "9" * 30 + ".png", None),
+        ("#.png", "9" * 30 + ".png", None), ("a%04d.png", "a-012.png", -12), ("a####.png", "a-0012.png", -12),
+        ("a%d.png", "a-0.png", None), ("a%d.png", "a--1.png", None), ("a##.png", "a-.png", None),
+        ("a%04d.png", "a-12.png", None), ("a%d.png", "a-12.png", -12),
     ],
 )  # fmt: skip
 def test_which_names_belong_to_a_sequence(text: str, name: str, number: int | None) -> None:
@@ -70,3 +72,11 @@ def test_hidden_files_and_folders_are_left_out(tmp_path: Path) -> None:
     (tmp_path / ".passgraph-1.png").touch()
     (tmp_path / "folder.png").mkdir()
     assert [path.name for path in folder_files(tmp_path)] == ["in.0001.png"]
+
+
+def test_negative_numbers_are_frames_before_the_others(tmp_path: Path) -> None:
+    pattern = Pattern(str(tmp_path / "a.%04d.png"))
+    for number in (3, -10, 0, -9):
+        pattern.path(number).touch()
+    assert list(pattern.files()) == [-10, -9, 0, 3]
+    assert missing_numbers(pattern.files()) == "-8--1, 1-2"
