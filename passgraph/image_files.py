@@ -152,6 +152,8 @@ class ImageFile:
             self.order = mending.order
         if mending.has_alpha is not None:
             self.has_alpha = mending.has_alpha
+        if not self.order:
+            raise self.corrupt("it has no channels")
         self.channels = len(self.order)
         self.dtype = self._dtype() if mending.dtype is None else mending.dtype
         self._windowed = self.format == "openexr"
@@ -172,7 +174,7 @@ class ImageFile:
                 f"{self._file}: holds {named}; expected 8 or 16 bits without sign, or floats; convert it, for example "
                 "to an RGB PNG or a float TIFF"
             )
-        return np.dtype(np.result_type(*kinds) if kinds else np.uint8)
+        return np.dtype(np.result_type(*kinds))
 
     @property
     def data_size(self) -> tuple[int, int]:

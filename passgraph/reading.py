@@ -5,10 +5,12 @@ Opening a pipe or a device may hang or have side effects, so anything but a regu
 
 from __future__ import annotations
 
+import json
 import os
 import stat
+from collections.abc import Callable
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 from passgraph.errors import InputError, reason
 
@@ -82,6 +84,25 @@ def read_text(path: str | os.PathLike[str], what: str, most: int) -> str:
         raise InputError(
             f"{path}: is not text in UTF-8 ({error.reason} at byte {error.start}); save it as UTF-8"
         ) from None
+
+
+def parsed_json(text: str | bytes, constant: Callable[[str], Any] | None = None) -> Any:
+    """Return the value of JSON text; ``constant`` is called for NaN and infinities.
+
+    Raises
+    ------
+    ValueError : the text is no JSON, nested too deeply, or has a number of more digits than Python converts.
+
+    Examples
+    --------
+    >>> parsed_json("[" * 200_000)
+    Traceback (most recent call last):
+    ValueError: nested too deeply
+    """
+    try:
+        return json.loads(text, parse_constant=constant)
+    except RecursionError:
+        raise ValueError("nested too deeply") from None
 
 
 def _at_most(stream: BinaryIO, size: int, most: int) -> bytes:

@@ -241,6 +241,12 @@ def fits(values: np.ndarray[Any, Any], **keys: object) -> bytes:
     return cards.ljust(-(-len(cards) // 2880) * 2880).encode() + data + bytes(-len(data) % 2880)
 
 
+def test_fits_without_channels(tmp_path: Path) -> None:
+    """A damaged header, of which OpenImageIO 3.2 makes a picture of 0 channels."""
+    data = fits(np.zeros((3, 4, 4), np.uint8)).replace(b"NAXIS2", b"3AXIS2").replace(b"NAXIS3", b"NAXI43")
+    refused(r"a\.fits: truncated or corrupt \(it has no channels\)", pg.load, written(tmp_path, "a.fits", data))
+
+
 def test_unsigned_fits(tmp_path: Path) -> None:
     physical = rng.integers(0, 65536, (5, 7)).astype(np.uint16)
     physical[0, :3] = 0, 32768, 65535

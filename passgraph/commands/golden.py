@@ -21,7 +21,7 @@ from passgraph.commands.written_files import check_folder
 from passgraph.errors import InputError
 from passgraph.formats import Format
 from passgraph.pictures import save
-from passgraph.reading import check_regular, read_text
+from passgraph.reading import check_regular, parsed_json, read_text
 from passgraph.verify.oracle.pass_bounds import Key, Passes
 from passgraph.writing import write_text
 
@@ -182,7 +182,7 @@ def _manifest(folder: Path) -> dict[str, Any]:
     if not path.exists():
         raise InputError(f"{path}: cannot be read (no such file); make it with --record")
     try:
-        read = json.loads(read_text(path, "a manifest", MAX_MANIFEST_BYTES))
+        read = parsed_json(read_text(path, "a manifest", MAX_MANIFEST_BYTES))
     except ValueError as error:
         raise InputError(f"{path}: is not JSON ({error})") from error
     if not isinstance(read, dict) or read.get("version") not in READABLE or not isinstance(read.get("graphs"), dict):

@@ -22,6 +22,8 @@ from passgraph.shaders.containers.signals import SIGNALS
 SAMPLE_RATE = 44100
 #: Longest sound in seconds; an hour takes 635 MB.
 MOST_SECONDS = 3600
+#: Samples a second of a file: at fewer, one small block would last for hours. AudioBuffer has 3000 to 768000.
+LEAST_SAMPLE_RATE, MOST_SAMPLE_RATE = 1000, 768_000
 #: Samples of a Fourier transform, weight of the frame before, and the levels in decibels of the bytes 0 and 255:
 #: ``fftSize``, ``smoothingTimeConstant``, ``minDecibels`` and ``maxDecibels`` of an AnalyserNode, by default.
 FFT_SIZE, SMOOTHING, MIN_DB, MAX_DB = 2048, 0.8, -100.0, -30.0
@@ -52,7 +54,8 @@ class Audio:
 
     Raises
     ------
-    InputError : the file is missing, has no sound, is longer than an hour, or PyAV is not installed.
+    InputError : the file is missing, has no sound, is longer than an hour, has fewer than 1000 or more than 768000
+        samples a second, or PyAV is not installed.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
@@ -124,19 +127,31 @@ def decoded(path: Path) -> NDArray[np.float32]:
     with opened(path, "a sound") as container:
         if not container.streams.audio:
             raise InputError(f"{path}: has no sound; expected an audio file, or a video with sound")
+        if (container.duration or 0) / 1e6 > MOST_SECONDS:
+            raise _too_long(path)
+        samples = bytearray()  # grows in place; joined blocks would take twice the memory
         try:
-            blocks = list(_blocks(path, container))
+            for block in _blocks(path, container):
+                samples += block.data
         except import_av(path).error.FFmpegError as error:
             raise InputError(f"{path}: cannot be decoded as sound ({reason(error)}); make or copy it again") from error
-    return np.concatenate([np.zeros(0, np.float32), *blocks])
+    return np.frombuffer(samples, np.float32)
 
 
 def _blocks(path: Path, container: Any) -> Iterator[NDArray[np.float32]]:
     """Yield the samples in blocks, the first of them silence if the sound begins after the file does."""
     # Packed samples, since PyAV 18.1 cannot convert planar frames of many channels.
     resampler = import_av(path).AudioResampler(format="flt", rate=SAMPLE_RATE)
-    begin, count = (container.start_time or 0) / 1e6, 0
+    begin, count, seconds = (container.start_time or 0) / 1e6, 0, 0.0
     for frame in chain(container.decode(container.streams.audio[0]), (None,)):
+        if frame is not None:  # before it is converted: a file may say one rate, and its frames another
+            rate = frame.sample_rate
+            if not LEAST_SAMPLE_RATE <= rate <= MOST_SAMPLE_RATE:
+                expected = f"expected {LEAST_SAMPLE_RATE} to {MOST_SAMPLE_RATE}"
+                raise InputError(f"{path}: has {rate} samples a second; {expected}; convert it to 44100")
+            seconds += frame.samples / rate
+            if seconds > MOST_SECONDS:
+                raise _too_long(path)
         for converted in resampler.resample(frame):
             samples = converted.to_ndarray().reshape(-1, len(converted.layout.channels))
             block = np.nan_to_num(samples.mean(axis=1, dtype=np.float32))
@@ -144,6 +159,10 @@ def _blocks(path: Path, container: Any) -> Iterator[NDArray[np.float32]]:
             silence = round(max(late, 0.0) * SAMPLE_RATE)
             count += silence + len(block)
             if count > MOST_SECONDS * SAMPLE_RATE:
-                raise InputError(f"{path}: is longer than {MOST_SECONDS // 60} minutes; cut it")
+                raise _too_long(path)
             yield np.zeros(silence, np.float32)
             yield block
+
+
+def _too_long(path: Path) -> InputError:
+    return InputError(f"{path}: is longer than {MOST_SECONDS // 60} minutes; cut it")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,7 +15,7 @@ from passgraph.graph.run_values import OUTPUT_SIZE, is_computed_from_size, sourc
 from passgraph.graph.targets import Outputs, checked_size, named_outputs
 from passgraph.plan.data import Options
 from passgraph.plan.dependencies import inputs_behind, passes_behind
-from passgraph.reading import read_text
+from passgraph.reading import parsed_json, read_bytes
 from passgraph.run.compile import compile
 from passgraph.run.finite_checks import NonFinite
 from passgraph.run.program import Program
@@ -30,8 +31,11 @@ if TYPE_CHECKING:
 FILE = "program.json"
 #: Version of the file; the graph in it has a version of its own.
 VERSION = 1
-#: Most bytes of the file: all arrays of a graph in base64, and as much text as a graph has parts of 64 characters.
-MOST_BYTES = MOST_ARRAY_BYTES * 4 // 3 + 64 * MOST_PARTS
+#: Most bytes of the file besides its arrays: a graph's parts of 64 characters each; and with arrays, in base64.
+MOST_TEXT = 64 * MOST_PARTS
+MOST_BYTES = MOST_ARRAY_BYTES * 4 // 3 + MOST_TEXT
+#: An array: a quote that is not escaped begins or ends a text, so that no part of another text looks like one.
+_ARRAY = re.compile(rb'(?<!\\)"[A-Za-z0-9+/=]{1024,}"')
 _ENTRIES = ("passgraph", "version", "size", "resizable", "math", "graph")
 
 
@@ -154,12 +158,20 @@ def load_program(
 
 def _document(path: Path) -> Mapping[str, Any]:
     """Return the object in the file, with all entries; their contents are not checked, but for those read here."""
-    text = read_text(path, "the file of a program (passgraph export EFFECT --program FOLDER)", MOST_BYTES)
-    if sum(map(text.count, ",[{")) > 2 * MOST_PARTS:  # before objects of it take memory
+    data = read_bytes(path, "the file of a program (passgraph export EFFECT --program FOLDER)", MOST_BYTES)
+    # Checked before objects of it take memory: one character beyond ASCII makes a text four times as large.
+    if sum(map(data.count, (b",", b"[", b"{"))) > 2 * MOST_PARTS:
         raise InputError(f"{path}: has more than {2 * MOST_PARTS} parts; expected the program of an export")
+    text_bytes = len(data) - sum(len(match[0]) for match in _ARRAY.finditer(data))
+    if text_bytes > MOST_TEXT:
+        raise InputError(
+            f"{path}: has {text_bytes} bytes besides its arrays; expected the program of an export, at most {MOST_TEXT}"
+        )
     try:
-        document = json.loads(text, parse_constant=_no_constant)
-    except (ValueError, RecursionError):
+        text = data.decode("ascii")
+        del data
+        document = parsed_json(text, _no_constant)
+    except ValueError:
         raise InputError(f"{path}: is no JSON; expected the file of an export, unchanged. Export again") from None
     if not isinstance(document, dict) or document.get("passgraph") != "program":
         raise InputError(

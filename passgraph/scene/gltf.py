@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import binascii
-import json
 import struct
 from base64 import b64decode
 from dataclasses import dataclass, field
@@ -16,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.errors import InputError
+from passgraph.reading import parsed_json
 from passgraph.scene.camera import DEFAULT_FOV_RAD, Camera, NamedCamera
 from passgraph.scene.lights import Light, exposed
 from passgraph.scene.matrices import Float64
@@ -58,8 +58,8 @@ def read_header(file: Path, raw: bytes) -> tuple[dict[str, Any], bytes]:
         binary = _binary(raw[20 + length : total])
         raw = raw[20 : 20 + length]
     try:
-        header = json.loads(raw)
-    except (ValueError, RecursionError) as error:
+        header = parsed_json(raw)
+    except ValueError as error:
         raise InputError(f"{file}: its JSON cannot be read ({str(error)[:80]})") from None
     if not isinstance(header, dict) or not isinstance(header.get("asset"), dict):
         raise InputError(f"{file}: not a glTF file (no 'asset' entry)")

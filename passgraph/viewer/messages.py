@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import asyncio
-import json
 import os
 import tempfile
 from collections.abc import Awaitable, Callable, Mapping, Sequence
@@ -18,6 +17,7 @@ from typing import Any, Literal
 
 from passgraph.errors import InputError, PassgraphError
 from passgraph.pictures import save
+from passgraph.reading import parsed_json
 from passgraph.viewer.display import CHANNELS, Look
 from passgraph.viewer.recording import SUFFIXES
 from passgraph.viewer.session import Published, Session, Settings
@@ -176,7 +176,7 @@ class Pages:
     async def receive(self, client: Client, text: str) -> None:
         """Handle a message; an invalid one gets an answer, and changes nothing."""
         try:
-            message = json.loads(text)
+            message = parsed_json(text)
             kind = message["kind"]
             if kind == "ask":
                 self.session.ask(**checked_changes(message["changes"]))

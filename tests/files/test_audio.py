@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import struct
+import subprocess
+import sys
 import wave
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -200,6 +203,46 @@ def test_a_sound_that_is_too_long_is_told(tmp_path: Path, monkeypatch: pytest.Mo
         Audio(late)
 
 
+@pytest.mark.parametrize("rate", [1, 999, 768_001])
+def test_a_rate_that_no_sound_has_is_told(tmp_path: Path, rate: int) -> None:
+    path = sound(tmp_path / "odd.wav", np.zeros(500), rate)
+    with pytest.raises(pg.InputError, match=f"odd.wav: has {rate} samples a second; expected 1000 to 768000; convert"):
+        Audio(path)
+
+
+@pytest.mark.parametrize("rate", [1000, 768_000])
+def test_rates_at_the_limits_are_read(tmp_path: Path, rate: int) -> None:
+    assert Audio(sound(tmp_path / "a.wav", np.zeros(rate), rate)).seconds == pytest.approx(1.0, abs=0.01)
+
+
+def test_a_small_file_takes_little_memory(tmp_path: Path) -> None:
+    """One block of 4000 bytes of IMA ADPCM, labeled 1 Hz, would last for two hours, and a FLAC frame for as long."""
+    size = 4000
+    format = struct.pack("<HHIIHHHH", 0x11, 1, 1, 1, size, 4, 2, (size - 4) * 2 + 1)
+    chunks = b"WAVEfmt " + struct.pack("<I", len(format)) + format + b"data" + struct.pack("<I", size) + bytes(size)
+    (tmp_path / "block.wav").write_bytes(b"RIFF" + struct.pack("<I", len(chunks)) + chunks)
+    sound(tmp_path / "plain.wav", np.zeros(4 * 65535), 1000)
+    with av.open(tmp_path / "plain.wav") as source, av.open(tmp_path / "frame.flac", "w") as made:
+        stream = made.add_stream("flac", rate=1000)
+        for frame in source.decode(audio=0):
+            made.mux(stream.encode(frame))
+        made.mux(stream.encode())
+    data = bytearray((tmp_path / "frame.flac").read_bytes())
+    data[18:20] = b"\x00\x00"  # 20 bits of the rate in STREAMINFO (RFC 9639, 8.2): 1 Hz
+    data[20] = 0x10 | (data[20] & 0x0F)
+    (tmp_path / "frame.flac").write_bytes(data)
+    for name in ("block.wav", "frame.flac"):
+        code = (
+            f"import re, passgraph as pg; from passgraph.files import Audio\ntry: Audio({name!r})\n"
+            "except pg.InputError as error: print(error)\n"
+            "print(re.search(r'VmHWM:\\s*([0-9]+) kB', open('/proc/self/status').read())[1])"
+        )
+        told = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True)
+        text, peak = told.stdout.strip().splitlines()
+        assert text.startswith(f"{name}: is longer than 60 minutes") or "samples a second" in text
+        assert int(peak) < 200 << 10  # KiB
+
+
 def test_a_long_sound_is_not_decoded_to_its_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = sound(tmp_path / "long.wav", np.zeros(30 * SAMPLE_RATE))
     frames: list[Any] = []
@@ -208,7 +251,9 @@ def test_a_long_sound_is_not_decoded_to_its_end(tmp_path: Path, monkeypatch: pyt
     def spied(path: Path, what: str) -> Iterator[Any]:
         with opened(path, what) as container:
             decoded = (frames.append(frame) or frame for frame in container.decode(audio=0))
-            yield SimpleNamespace(streams=container.streams, start_time=container.start_time, decode=lambda _: decoded)
+            yield SimpleNamespace(
+                streams=container.streams, start_time=container.start_time, duration=None, decode=lambda _: decoded
+            )
 
     monkeypatch.setattr("passgraph.files.audio.opened", spied)
     Audio(path)

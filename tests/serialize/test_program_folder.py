@@ -15,6 +15,7 @@ import pytest
 import passgraph as pg
 from passgraph.commands.entry import run
 from passgraph.effects import soft_shadow, vignette
+from passgraph.files import program_folder
 from passgraph.files.program_folder import FILE, MOST_BYTES, export_program
 from passgraph.serialize.reader import MOST_PARTS
 
@@ -139,7 +140,8 @@ def test_a_damaged_file_is_an_error_with_its_name(
         ("is no JSON", b'{"passgraph": "program", "vers'),
         ("is no JSON", b"[" * 200_000),
         ("is no JSON", b'{"version": ' + b"9" * 10_000 + b"}"),
-        ("UTF-8", b'{"passgraph": "\xff"}'),
+        ("is no JSON", b'{"passgraph": "\xff"}'),
+        ("is no JSON", '{"passgraph": "é"}'.encode()),
         ("is no program", b"[]"),
         (f"has more than {2 * MOST_PARTS} parts", b"[" + b"0," * (2 * MOST_PARTS) + b"0]"),
     ],
@@ -147,6 +149,29 @@ def test_a_damaged_file_is_an_error_with_its_name(
 def test_other_files_are_errors(folder: Path, message: str, content: bytes) -> None:
     (folder / FILE).write_bytes(content)
     with pytest.raises(pg.InputError, match=message):
+        pg.load_program(folder)
+
+
+LONG = b"a" * 1024
+
+
+@pytest.mark.parametrize(
+    ("content", "is_read"),
+    [
+        (b'{"arrays": ["' + LONG + b'", "' + LONG + b'="]}', True),
+        (b'{"text": "' + LONG + b'\\ud83d"}', False),
+        (b'{"text": "\\ud83d\\"' + LONG + b'"}', False),
+        (b'{"text": "\\ud83d\\"' + LONG + b'\\""}', False),
+        (b'{"text": "' + LONG.replace(b"aa", b"a ") + b'"}', False),
+    ],
+)
+def test_text_besides_arrays_is_bounded(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, content: bytes, is_read: bool
+) -> None:
+    monkeypatch.setattr(program_folder, "MOST_TEXT", 100)
+    (folder / FILE).write_bytes(content)
+    told = "is no program" if is_read else r"has \d+ bytes besides its arrays; expected the program .*, at most 100"
+    with pytest.raises(pg.InputError, match=told):
         pg.load_program(folder)
 
 

@@ -208,6 +208,10 @@ def _first(key: str, value: object) -> dict[str, Any]:
     ("said", "told"),
     [
         ('{"renderpass": [', "is no JSON"),
+        ('{"renderpass": ' + "1" * 5000 + "}", "is no JSON: Exceeds the limit"),
+        ('{"renderpass": ' + "[" * 100_000, "is no JSON: nested too deeply"),
+        (_first("inputs", [{"channel": 1.0, "ctype": "buffer"}]), "an input's channel is 0 to 3, got 1.0"),
+        (_first("inputs", [{"channel": True, "ctype": "buffer"}]), "an input's channel is 0 to 3, got True"),
         ({"renderpass": 3}, "renderpass must be a list of at most 8 passes, got 3"),
         ({"renderpass": []}, "has no pass of type image"),
         (_first("type", "cubemap"), "a 'cubemap' is not read here"),

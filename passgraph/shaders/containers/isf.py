@@ -19,6 +19,7 @@ from passgraph.graph.run_values import MAX_DEPTH, Formula
 from passgraph.graph.targets import Computed, Relative, Target, TargetSpec, previous, target
 from passgraph.language.kernel import kernel_from_text
 from passgraph.language.types import BOOL, FLOAT, INT, VEC2, VEC4, Scalar, Type, Vector, component_count
+from passgraph.reading import parsed_json
 from passgraph.shaders.containers.clock import PRELUDE, clock_parameters, clock_uniforms
 from passgraph.shaders.containers.corners import MAX_VARYINGS, WITHIN, Varying, interpolated
 from passgraph.shaders.containers.effect import (
@@ -144,7 +145,7 @@ def read_header(text: str, file: str) -> IsfHeader:
     if match is None:
         raise InputError(f"{file}: an ISF file begins with a comment that holds a JSON object")
     try:
-        header = json.loads(match[1])
+        header = parsed_json(match[1])
     except json.JSONDecodeError as error:
         before = text[: match.start(1) + error.pos]
         line, column = before.count("\n") + 1, len(before) - (before.rfind("\n") + 1) + 1
@@ -152,8 +153,8 @@ def read_header(text: str, file: str) -> IsfHeader:
         raise InputError(
             f"{file}:{line}: the header is no JSON: {error.msg}\n    {shown_line}\n    {' ' * (column - 1)}^"
         ) from None
-    except RecursionError:
-        raise InputError(f"{file}: the header nests too deeply") from None
+    except ValueError as error:
+        raise InputError(f"{file}: the header is no JSON: {error}") from None
     return _header(_object(header, f"{file}: the header"), file)
 
 

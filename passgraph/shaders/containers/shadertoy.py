@@ -6,7 +6,6 @@ itself.
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -19,6 +18,7 @@ from passgraph.glsl import Shader, parse
 from passgraph.graph.calls import PixelKernel
 from passgraph.graph.targets import Relative, Target, TargetSpec, previous, target
 from passgraph.language.types import VEC4
+from passgraph.reading import parsed_json
 from passgraph.shaders.containers.clock import PRELUDE, clock_parameters, clock_uniforms
 from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of, notes_of, without_comments
 from passgraph.shaders.containers.shader_images import handle_or_black, shown_with_kept
@@ -127,8 +127,8 @@ def read_export(text: str, path: Path) -> ShaderEffect:
     """
     file = str(path)
     try:
-        export = json.loads(text)
-    except (json.JSONDecodeError, RecursionError) as error:
+        export = parsed_json(text)
+    except ValueError as error:
         raise InputError(f"{file}: is no JSON: {error}") from None
     while isinstance(export, list) and export:
         export = export[0]
@@ -173,7 +173,7 @@ def _channels(one: Mapping[str, Any], buffers: Mapping[str, int], file: str) -> 
     for entry in inputs if isinstance(inputs, list) else []:
         where = f"{file}: pass {_name(one)!r}"
         channel = entry.get("channel") if isinstance(entry, dict) else None
-        if channel not in (0, 1, 2, 3) or isinstance(channel, bool):
+        if type(channel) is not int or not 0 <= channel <= 3:
             raise InputError(f"{where}: an input's channel is 0 to 3, got {shown(channel)}")
         kind = str(entry.get("ctype") or entry.get("type"))
         name, key = CHANNELS[channel], str(entry.get("id", ""))

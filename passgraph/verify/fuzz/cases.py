@@ -19,7 +19,7 @@ from passgraph.backends.base import Backend
 from passgraph.errors import InputError
 from passgraph.graph.calls import kernel
 from passgraph.graph.targets import Input, Target, target
-from passgraph.reading import read_text
+from passgraph.reading import parsed_json, read_text
 from passgraph.run.compile import compile as compile_graph
 from passgraph.verify.compare import compare
 from passgraph.verify.fuzz.random_kernels import PARAMETERS, SIDE, Picture, values
@@ -66,7 +66,7 @@ def save(case: Case, why: str, folder: Path) -> Path:
 def load(path: Path) -> dict[str, Any]:
     """Read a case from its file."""
     try:
-        case = json.loads(read_text(path, "a case", MAX_CASE_BYTES))
+        case = parsed_json(read_text(path, "a case", MAX_CASE_BYTES))
     except (InputError, ValueError) as error:
         raise InputError(f"{path} cannot be read as a case: {error}") from error
     if not isinstance(case, dict):
