@@ -50,7 +50,14 @@ class NumpyBackend(Backend):
         import platform
         from importlib.metadata import version
 
-        return [DeviceInfo(f"{platform.machine()}, {thread_count()} threads", "llvmlite", version("llvmlite"))]
+        from llvmlite.binding import llvm_version_info
+
+        llvm = ".".join(map(str, llvm_version_info))
+        return [
+            DeviceInfo(
+                f"{platform.machine()}, {thread_count()} threads", "llvmlite", f"{version('llvmlite')} (LLVM {llvm})"
+            )
+        ]
 
     def make(self, format: Format, size: tuple[int, int]) -> Storage:
         if size[0] * size[1] >= MAX_PIXELS:

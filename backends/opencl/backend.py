@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from typing import Any, ClassVar
@@ -75,14 +76,17 @@ def device_infos() -> list[DeviceInfo]:
     """Return all devices for a listing, or one entry that names what is missing."""
     try:
         check_driver("opencl")
-        return [
-            DeviceInfo(one.name.strip(), f"{one.platform.name} {one.driver_version}", one.version.strip())
-            for one in all_devices()
-        ]
+        return [DeviceInfo(one.name.strip(), _driver_text(one), one.version.strip()) for one in all_devices()]
     except BackendError as error:
         return [DeviceInfo("OpenCL", "", "", str(error))]
     except Exception as error:
         return [DeviceInfo("OpenCL", "", "", f"the OpenCL driver failed: {error}")]
+
+
+def _driver_text(device: Any) -> str:
+    """Return the driver's name and version; PoCL's platform version names its LLVM, too."""
+    llvm = re.search(r"LLVM [\d.]+", device.platform.version)
+    return f"{device.platform.name} {device.driver_version}" + (f" ({llvm[0]})" if llvm else "")
 
 
 #: Other 8-byte arguments of kernels, in addition to images and targets: parameters, lists of triangles, depth, sizes.

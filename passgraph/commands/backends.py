@@ -2,34 +2,49 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
 import click
 
-from passgraph.backends.base import DeviceInfo
-from passgraph.errors import PassgraphError
+if TYPE_CHECKING:
+    from passgraph.backends.base import DeviceInfo
 
 
 @click.command()
-def backends() -> None:
-    """Show every backend with its devices, drivers and versions, or what installs what is missing."""
+@click.option(
+    "--json", "json_path", type=click.Path(path_type=Path), metavar="FILE.json",
+    help="Write devices, and versions of Python, the system and libraries, as data.",
+)  # fmt: skip
+def backends(json_path: Path | None) -> None:
+    """Show every backend with its devices, drivers and versions, or what installs what is missing.
+
+    passgraph --version --verbose shows versions of Python, the system and libraries, too.
+    """
+    from passgraph.environment import devices, environment
+    from passgraph.writing import write_text
+
+    if json_path is None:
+        show_devices(devices())
+        return
+    found = environment()
+    show_devices(found.devices)
+    write_text(json_path, json.dumps(found.as_data(), indent=1) + "\n")
+    click.echo(f"{json_path}: written")
+
+
+def show_devices(found: Mapping[str, Sequence[DeviceInfo]]) -> None:
+    """Print a table of the devices of each backend; and for those without one, a line that says why."""
     from rich.console import Console
     from rich.markup import escape
     from rich.table import Table
-
-    from passgraph.backends.registry import backend_class, backend_names
-    from passgraph.backends.webgpu import chromium
 
     table = Table()
     for heading in ("backend", "device", "driver", "version"):
         table.add_column(heading, overflow="fold")
     missing: list[str] = []
-    found: dict[str, list[DeviceInfo]] = {}
-    for name in backend_names():
-        try:
-            found[name] = backend_class(name).devices()
-        except PassgraphError as error:
-            found[name] = [DeviceInfo("", "", "", str(error))]
-        if name == "webgpu":
-            found["webgpu:chromium"] = [chromium.device_info()]
     for name, devices in found.items():
         for number, device in enumerate(devices):
             if device.missing:
@@ -41,3 +56,17 @@ def backends() -> None:
     console.print(table)
     for line in missing:
         click.echo(f"missing: {line}")
+
+
+def show_versions() -> None:
+    """Print everything that results depend on, for a report of an error."""
+    from passgraph.environment import environment
+
+    found = environment()
+    click.echo(f"python: {found.python}\nsystem: {found.system}\ncpu: {found.cpu}")
+    for name, version in found.libraries.items():
+        click.echo(f"{name}: {version}")
+    for name, devices in found.devices.items():
+        for device in devices:
+            text = "; ".join(filter(None, (device.name, device.driver, device.version)))
+            click.echo(f"backend {name}: {' '.join(device.missing.split()) or text}")

@@ -77,13 +77,32 @@ class _Commands(click.Group):
             formatter.write_dl([(str(number), meaning) for number, meaning in STATUS.items()])
 
 
-@click.command(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
-@click.version_option(passgraph.__version__, prog_name="passgraph")
-def group() -> None:
+@click.command(
+    cls=_Commands, invoke_without_command=True, no_args_is_help=True, subcommand_metavar="COMMAND [ARGS]...",
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
+)  # fmt: skip
+@click.option("--version", "is_version", is_flag=True, help="Show the version and exit.")
+@click.option(
+    "--verbose", "is_verbose", is_flag=True,
+    help="With --version: those of Python, libraries, devices and drivers too, for a report of an error.",
+)  # fmt: skip
+@click.pass_context
+def group(context: click.Context, is_version: bool, is_verbose: bool) -> None:
     """Write a post-effect once, in Python; run it on OpenGL, OpenCL, WebGPU or the CPU.
 
     Know by how much they differ.
     """
+    if is_version:
+        click.echo(f"passgraph, version {passgraph.__version__}")
+        if is_verbose:
+            from passgraph.commands.backends import show_versions
+
+            show_versions()
+        context.exit()
+    if is_verbose:
+        raise click.UsageError("--verbose goes with --version: passgraph --version --verbose")
+    if context.invoked_subcommand is None:
+        raise click.UsageError("Missing command.")
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

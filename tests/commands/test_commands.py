@@ -249,6 +249,64 @@ def test_backends_tells_how_to_install_what_is_missing(
     assert "missing: reference: no driver; run: apt-get install x" in well(capsys, "backends")
 
 
+def test_versions_for_a_report_are_those_of_the_libraries_themselves(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    import json
+    import platform
+    from importlib.metadata import version
+
+    import llvmlite.binding
+    import OpenImageIO
+
+    assert well(capsys, "--version") == f"passgraph, version {pg.__version__}\n"
+    lines = well(capsys, "--version", "--verbose").splitlines()
+    assert lines[0] == f"passgraph, version {pg.__version__}"
+    known = dict(line.partition(": ")[::2] for line in lines[1:])
+    assert platform.python_version() in known["python"]
+    assert platform.system() in known["system"]
+    assert known["numpy"] == np.__version__
+    assert known["openimageio"] == OpenImageIO.VERSION_STRING
+    assert known["llvmlite"] == version("llvmlite")
+    assert "LLVM " + ".".join(map(str, llvmlite.binding.llvm_version_info)) in known["backend numpy"]
+    assert "ruff" not in known
+    well(capsys, "backends", "--json", str(tmp_path / "here.json"))
+    data = json.loads((tmp_path / "here.json").read_text())
+    assert [f"backend {name}" for name in data["devices"]] == [name for name in known if name.startswith("backend ")]
+    assert data["libraries"] == {name: known[name] for name in data["libraries"]}
+    assert data["devices"]["reference"] == [
+        {"name": "CPU, float64", "driver": "numpy", "version": np.__version__, "missing": ""}
+    ]
+
+
+def test_the_opencl_driver_is_named_with_its_llvm() -> None:
+    from types import SimpleNamespace
+
+    from passgraph.backends.opencl.backend import _driver_text
+
+    pocl = SimpleNamespace(
+        name="PoCL", version="OpenCL 3.0 PoCL 6.0  Linux, Release, RELOC, SPIR-V, LLVM 18.1.8, SLEEF"
+    )
+    intel = SimpleNamespace(name="Intel(R) OpenCL", version="OpenCL 3.0 LINUX")
+    assert _driver_text(SimpleNamespace(platform=pocl, driver_version="6.0")) == "PoCL 6.0 (LLVM 18.1.8)"
+    assert _driver_text(SimpleNamespace(platform=intel, driver_version="2025.1")) == "Intel(R) OpenCL 2025.1"
+
+
+def test_the_version_loads_no_driver() -> None:
+    code = (
+        "import sys; from passgraph.commands.entry import run; run(['--version']); "
+        "print([name for name in ('llvmlite', 'OpenImageIO', 'passgraph.environment') if name in sys.modules])"
+    )
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert said.splitlines()[1] == "[]"
+
+
+def test_verbose_alone_is_an_error(capsys: pytest.CaptureFixture[str]) -> None:
+    outcome = Outcome(capsys, "--verbose")
+    assert outcome.status == 2
+    assert "--verbose goes with --version: passgraph --version --verbose" in outcome.err
+
+
 def test_plan_explains_and_draws(capsys: pytest.CaptureFixture[str]) -> None:
     out = well(capsys, "plan", "--effect", "soft-shadow", "--size", "64x36", "--svg", "plan.svg")
     assert "steps, output 64x36" in out
