@@ -10,7 +10,7 @@ from passgraph.glsl.glsl_parser import Parser
 from passgraph.glsl.image_functions import DERIVATIVES, READS
 from passgraph.glsl.operators import as_int, plain, whole_numbers_alike
 from passgraph.glsl.preprocess import preprocessed
-from passgraph.glsl.unit import Native, Unit
+from passgraph.glsl.unit import END, Native, Unit
 from passgraph.language import ir
 from passgraph.language.function_body import inlined
 from passgraph.language.library import written_function
@@ -90,9 +90,10 @@ def prelude_functions(name: str) -> tuple[g.Function, ...]:
     return _prelude().get(name, ())
 
 
-def overloads(unit: Unit, name: str) -> tuple[g.Function, ...]:
-    """Return the functions of a name with a body in GLSL: the shader's own, and built-in ones written in GLSL."""
-    own = tuple(unit.functions.get(name, ()))
+def overloads(unit: Unit, name: str, place: int = END) -> tuple[g.Function, ...]:
+    """Return the functions of a name with a body in GLSL: the shader's own that are declared up to a place, and
+    built-in ones written in GLSL."""
+    own = tuple(function for function in unit.functions.get(name, ()) if unit.declared_at[function] <= place)
     return own if name in BUILTINS else (*prelude_functions(name), *own)
 
 

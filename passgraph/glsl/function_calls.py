@@ -14,7 +14,7 @@ from passgraph.glsl.operators import cost_of, fitted, plain
 from passgraph.glsl.places import Place, place_of, read_place
 from passgraph.language import ir
 from passgraph.language.composites import array_of, each_image
-from passgraph.language.source import Span, fail
+from passgraph.language.source import Span, fail, place_in
 from passgraph.language.types import INT, Array, Matrix, Scalar, Struct, Type, Vector, component_count
 from passgraph.language.values import ImageChoice, Part, StructValue, construct, part_type, settled, swizzle
 
@@ -45,7 +45,7 @@ class Calls:
         if node.type is not None:
             return self._constructed(node.type, node)
         unit, span = self.body.unit, node.span
-        functions = overloads(unit, node.name)
+        functions = overloads(unit, node.name, self.body.place)
         candidates = [f for f in functions if len(f.parameters) == len(node.arguments)]
         arguments = self._arguments(node, candidates)
         if candidates:
@@ -72,6 +72,9 @@ class Calls:
         if functions:
             counts = sorted({len(f.parameters) for f in functions})
             fail(span, f"{node.name} takes {' or '.join(map(str, counts))} arguments, got {len(node.arguments)}")
+        if node.name in unit.functions:
+            below = place_in(unit.functions[node.name][0].span, span)
+            fail(span, f"{node.name} is called before its declaration{below}; declare a prototype before the call")
         fail(span, elsewhere(node.name) or f"there is no function {node.name!r}{self._near(node.name)}")
 
     def _near(self, name: str) -> str:
@@ -107,8 +110,8 @@ class Calls:
         best: tuple[int, g.Function] | None = None
         for function in candidates:
             total = 0
-            for parameter, argument in zip(function.parameters, arguments, strict=True):
-                type_ = self.body.type_of(parameter.type, parameter.type.span)
+            types = self.body.signature(function)
+            for parameter, argument, type_ in zip(function.parameters, arguments, types, strict=True):
                 cost = cost_of(self._read(argument), type_, parameter.passed)
                 if cost is None:
                     break

@@ -14,7 +14,7 @@ from passgraph.glsl.glsl_statements import Statements
 from passgraph.glsl.image_functions import STAGE
 from passgraph.glsl.operators import fitted
 from passgraph.glsl.places import Place, read_place, write_place
-from passgraph.glsl.unit import Binding, Known, Slot, Unit, holds_pictures
+from passgraph.glsl.unit import BEFORE, END, Binding, Known, Slot, Unit, holds_pictures
 from passgraph.glsl.walk import assigned_names, leaves_function
 from passgraph.language import ir
 from passgraph.language.assignments import new_variable, read_variable
@@ -33,8 +33,10 @@ _MAX_OUTPUTS = 8
 class Body:
     """A function being lowered, or the declarations outside of functions."""
 
-    def __init__(self, unit: Unit, name: str = "shader", result: Type | None = None) -> None:
+    def __init__(self, unit: Unit, name: str = "shader", result: Type | None = None, place: int = END) -> None:
         self.unit, self.builder, self.name, self.result_type = unit, unit.builder, name, result
+        #: The place among the declarations of the shader, up to which names are visible.
+        self.place = place
         self.scopes: list[dict[str, Binding]] = []
         #: Depths of scopes in the head of a function or loop, which its block shares.
         self.heads: set[int] = set()
@@ -48,9 +50,11 @@ class Body:
         for scope in reversed(self.scopes):
             if name in scope:
                 return scope[name]
-        if name in self.unit.names:
-            self.unit.used.add(name)
-        return self.unit.names.get(name)
+        for place, binding in reversed(self.unit.bound_at.get(name, ())):
+            if place <= self.place:
+                self.unit.used.add(name)
+                return binding
+        return None
 
     def lookup(self, name: str, span: Span) -> Binding:
         value = self.find(name)
@@ -61,12 +65,16 @@ class Body:
         if value is None:
             if name in self.unit.functions:
                 fail(span, f"{name!r} is not defined here; it is a function; call it")
+            if name in self.unit.names:
+                fail(span, f"{name!r} is used before its declaration; declare it before")
             suggestion = mending(name, (*chain(*self.scopes), *self.unit.names, *STAGE))
             fail(span, elsewhere(name) or f"{name!r} is not defined here{suggestion or '; declare it before'}")
         return value
 
     def bind(self, name: str, binding: Binding) -> None:
         (self.scopes[-1] if self.scopes else self.unit.names)[name] = binding
+        if not self.scopes:
+            self.unit.bound_at.setdefault(name, []).append((self.place, binding))
 
     def read(self, name: str, span: Span) -> Part:
         binding = self.lookup(name, span)
@@ -172,14 +180,16 @@ class Body:
             fail(span, f"calls nest deeper than {MAX_CALL_DEPTH}")
         calls.append(function)
         void = function.result.name == "void" and not function.result.lengths
-        result = None if void else self.type_of(function.result, function.result.span)
+        place = self.unit.defined_at.get(function, BEFORE)
+        result = None if void else Body(self.unit, place=place).type_of(function.result, function.result.span)
         if result is not None:
             check_local(result, f"the result of {function.name}", function.result.span)
-        inner = Body(self.unit, function.name, result)
+        inner = Body(self.unit, function.name, result, place)
         inner.scopes, inner.heads = [{}], {1}
         written = assigned_names(function.body, partial(overloads, self.unit))
-        for parameter, argument in zip(function.parameters, arguments, strict=True):
-            inner.take(parameter, argument, span, fixed=parameter.is_const or parameter.name not in written)
+        types = self.signature(function)
+        for parameter, argument, type_ in zip(function.parameters, arguments, types, strict=True):
+            inner.take(parameter, type_, argument, span, fixed=parameter.is_const or parameter.name not in written)
         part = inner.run(function.body, span)
         calls.pop()
         for parameter, argument in zip(function.parameters, arguments, strict=True):
@@ -189,9 +199,16 @@ class Body:
                 write_place(self, argument, read_variable(slot.variable, span), parameter.name)
         return part
 
-    def take(self, parameter: g.Parameter, argument: Part | Place, span: Span, *, fixed: bool) -> None:
+    def signature(self, function: g.Function) -> tuple[Type, ...]:
+        """Return the types of a function's parameters, as names are where it is declared."""
+        known = self.unit.signatures
+        if function not in known:
+            outside = Body(self.unit, place=self.unit.defined_at.get(function, BEFORE))
+            known[function] = tuple(outside.type_of(one.type, one.type.span) for one in function.parameters)
+        return known[function]
+
+    def take(self, parameter: g.Parameter, type_: Type, argument: Part | Place, span: Span, *, fixed: bool) -> None:
         """Bind a parameter: copied in, and copied out at the end."""
-        type_ = self.type_of(parameter.type, parameter.type.span)
         what = f"{self.name}({parameter.name})"
         if holds_pictures(type_):
             self.bind(parameter.name, Known(fitted(argument, type_, span, what), "a sampler"))  # type: ignore[arg-type]

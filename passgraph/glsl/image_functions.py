@@ -188,18 +188,22 @@ READS: dict[str, Native] = {
 }
 
 
-def _fragment(unit: Unit, span: Span) -> Part:
-    """Return ``gl_FragCoord``: the center of this pixel, with rows from the bottom."""
+def fragment(unit: Unit, span: Span, from_top: bool = False, whole: bool = False) -> Part:
+    """Return ``gl_FragCoord``: the center of this pixel, as the shader counts rows, or with rows ``from_top``.
+
+    Centers have halves, or are ``whole`` (GLSL 3.30, section 4.3.8.1).
+    """
     half, one = ir.Literal(FLOAT, 0.5, span), ir.Literal(FLOAT, 1.0, span)
-    parts = [apply("add", [apply("to_float", [place], span), half], span) for place in pixel_place(unit, span)]
-    return ir.Construct(VEC4, (*parts, half, one), span)
+    place = [apply("to_float", [one], span) for one in pixel_place(unit, span, from_top)]
+    centre = place if whole else [apply("add", [one, half], span) for one in place]
+    return ir.Construct(VEC4, (*centre, half, one), span)
 
 
-def pixel_place(unit: Unit, span: Span) -> tuple[ir.Expr, ir.Expr]:
-    """Return column and row of this pixel, as the shader counts them."""
+def pixel_place(unit: Unit, span: Span, from_top: bool = False) -> tuple[ir.Expr, ir.Expr]:
+    """Return column and row of this pixel, as the shader counts them, or with rows ``from_top``."""
     pixel, size = ir.Builtin(IVEC2, "pixel", span), ir.Builtin(IVEC2, "output_size", span)
     x, y = (ir.Swizzle(INT, pixel, (i,), span) for i in (0, 1))
-    if not unit.rows_up:
+    if from_top or not unit.rows_up:
         return x, y
     rows = apply("sub", [ir.Swizzle(INT, size, (1,), span), ir.Literal(INT, 1, span)], span)
     return x, apply("sub", [rows, y], span)
@@ -212,7 +216,7 @@ def output_size(unit: Unit, span: Span) -> Part:
 
 def position(unit: Unit, span: Span) -> Part:
     """Return this pixel's center in the picture, from (0, 0) at the bottom left to (1, 1) at the top right."""
-    fragment_position = _fragment(unit, span)
+    fragment_position = fragment(unit, span)
     assert isinstance(fragment_position, ir.Construct)
     centre = ir.Construct(VEC2, fragment_position.arguments[:2], span)
     return apply("div", [centre, output_size(unit, span)], span)  # type: ignore[list-item]
@@ -220,7 +224,7 @@ def position(unit: Unit, span: Span) -> Part:
 
 #: Built-in values of fragment shaders, and two for preludes of containers.
 STAGE: dict[str, NativeValue] = {
-    "gl_FragCoord": _fragment,
+    "gl_FragCoord": fragment,
     "gl_FrontFacing": lambda unit, span: ir.Literal(BOOL, True, span),
     "gl_PointCoord": position,
     "pg_position": position,

@@ -15,10 +15,10 @@ from passgraph.glsl.builtins import overloads
 from passgraph.glsl.dialect import Dialect
 from passgraph.glsl.glsl_body import Body
 from passgraph.glsl.glsl_parser import Parser
-from passgraph.glsl.image_functions import STAGE, position
+from passgraph.glsl.image_functions import STAGE, fragment, position
 from passgraph.glsl.operators import fitted, type_of_part
 from passgraph.glsl.preprocess import preprocessed
-from passgraph.glsl.unit import SQUARE, Known, Note, Slot, Uniform, Unit, holds_pictures
+from passgraph.glsl.unit import BEFORE, END, SQUARE, Known, Note, Slot, Uniform, Unit, holds_pictures
 from passgraph.glsl.walk import assigned_names
 from passgraph.language import ir
 from passgraph.language.assignments import Place, Variable
@@ -26,7 +26,7 @@ from passgraph.language.function_body import KEPT
 from passgraph.language.long_arrays import check_local, check_reads, check_sizes
 from passgraph.language.parse import parameter_value
 from passgraph.language.signature import check_images, check_parts, host_value
-from passgraph.language.source import Span, fail
+from passgraph.language.source import Span, fail, place_in
 from passgraph.language.types import (
     BOOL,
     FLOAT,
@@ -68,7 +68,7 @@ def check_declared_once(tree: Iterable[g.Outer], around: Collection[str]) -> Non
             first = names.setdefault(name, declaration)
             first_kind, before = first
             if first is not declaration and not (first_kind == what == "a function"):
-                fail(span, f"{name} is {first_kind} already{_place(before, span)}; give one of the two another name")
+                fail(span, f"{name} is {first_kind} already{place_in(before, span)}; give one of the two another name")
 
 
 def _named(node: g.Outer) -> Iterator[tuple[str, Span, str]]:
@@ -94,17 +94,21 @@ def _check_function(function: g.Function, functions: dict[tuple[str, _Signature]
     """Raise KernelError for a second body, another return type, and a duplicate parameter name."""
     if function.body is not None:
         _check_apart(one for one in function.parameters if one.name)
-    key = function.name, tuple(_compared(one.type) for one in function.parameters)
+    key = _signature(function)
     before = functions.setdefault(key, function)
     if _compared(before.result) != _compared(function.result):
-        place = _place(before.span, function.span)
+        place = place_in(before.span, function.span)
         fail(function.span, f"{function.name} gives {before.result.name} for these parameters already{place}")
     if before is function or function.body is None:
         return
     if before.body is not None:
-        place = _place(before.span, function.span)
+        place = place_in(before.span, function.span)
         fail(function.span, f"{function.name} is defined for these parameters already{place}; leave out one of the two")
     functions[key] = function
+
+
+def _signature(function: g.Function) -> tuple[str, _Signature]:
+    return function.name, tuple(_compared(one.type) for one in function.parameters)
 
 
 def _compared(type_: g.TypeName) -> tuple[str, tuple[object, ...]]:
@@ -120,16 +124,9 @@ def _check_apart(names: Iterable[g.Variable | g.Parameter]) -> None:
     known: dict[str, Span] = {}
     for one in names:
         if one.name in known:
-            place = _place(known[one.name], one.span)
+            place = place_in(known[one.name], one.span)
             fail(one.span, f"{one.name} stands here already{place}; give one of the two another name")
         known[one.name] = one.span
-
-
-def _place(before: Span, span: Span) -> str:
-    """Format the location of the first span."""
-    if before.file != span.file:
-        return f" ({before.file}:{before.line})"
-    return "" if before.line == span.line else f" (line {before.line})"
 
 
 def declare_uniforms(body: Body, node: g.Declaration) -> None:
@@ -225,7 +222,10 @@ def declare_inputs(body: Body, node: g.Declaration) -> None:
         type_ = body.type_of(variable.type, variable.type.span)
         if isinstance(unit.names.get(name), Slot):
             continue  # a variable that a container's prelude writes
-        if name in STAGE:
+        if name == "gl_FragCoord":
+            part = fragment(unit, span, "origin_upper_left" in node.layout, "pixel_center_integer" in node.layout)
+            body.bind(name, Known(fitted(part, type_, span, name), "an input"))
+        elif name in STAGE:
             part = fitted(STAGE[name](unit, span), type_, span, name)
             body.bind(name, Known(part, "an input"))
         elif type_ == VEC2:
@@ -356,9 +356,12 @@ def _program(tree: list[g.Outer], unit: Unit, source: ShaderText) -> tuple[ir.Ty
     body = Body(unit, name)
     unit.builder.calls.append(tree)  # the declarations outside of functions are the outermost call
     unit.builder.emit(ir.Assign(KEPT, ir.Literal(BOOL, True)))
-    for node in tree:
+    first: dict[tuple[str, _Signature], int] = {}
+    for place, node in enumerate(tree):
         if isinstance(node, g.Function):
             unit.functions.setdefault(node.name, []).append(node)
+            unit.defined_at[node] = place
+            unit.declared_at[node] = first.setdefault(_signature(node), place)
     outputs = _declared(tree, body)
     main = next((f for f in unit.functions.get(entry, []) if f.body is not None and not f.parameters), None)
     if main is None:
@@ -379,6 +382,7 @@ def _program(tree: list[g.Outer], unit: Unit, source: ShaderText) -> tuple[ir.Ty
 def _declared(tree: list[g.Outer], body: Body) -> list[tuple[str, Slot]]:
     """Execute the declarations outside of functions; return the declared outputs, in the order of their locations."""
     outputs: list[tuple[int, str, Slot]] = []
+    body.place = BEFORE
     for name in ("gl_FragColor", *(f"gl_FragData[{i}]" for i in range(8))):
         slot = body.new_slot(name, VEC4, written=True)
         body.builder.clear(slot.variable)
@@ -387,7 +391,7 @@ def _declared(tree: list[g.Outer], body: Body) -> list[tuple[str, Slot]]:
     body.builder.clear(depth.variable)
     body.bind("gl_FragDepth", depth)  # ignored, since a pass over a picture has no depth
     written, names = assigned_names(tuple(tree), partial(overloads, body.unit)), _uniform_names(tree)
-    for node in tree:
+    for body.place, node in enumerate(tree):
         if isinstance(node, g.Struct):
             body.declare_struct(node)
         elif isinstance(node, g.Interface):
@@ -405,6 +409,7 @@ def _declared(tree: list[g.Outer], body: Body) -> list[tuple[str, Slot]]:
                         assert isinstance(output, Slot)
                         output.written = True
                         outputs.append((node.layout.get("location", 0), variable.name, output))
+    body.place = END
     return [(name, slot) for _, name, slot in sorted(outputs, key=lambda output: output[0])]
 
 

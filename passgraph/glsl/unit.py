@@ -33,6 +33,8 @@ class Uniform:
 _PICTURES = frozenset(["sampler2D", "sampler2DRect", "samplerExternalOES", "sampler3D"])
 SQUARE = {f"mat{n}x{n}": f"mat{n}" for n in (2, 3, 4)}
 _NEVER = 1 << 62
+#: The place behind all declarations; built-in functions are before all.
+END, BEFORE = 1 << 62, -1
 T = TypeVar("T")
 
 
@@ -85,7 +87,13 @@ class Unit:
     builder: Builder = field(default_factory=lambda: Builder("pixel"))
     functions: dict[str, list[g.Function]] = field(default_factory=dict)
     structs: dict[str, Struct] = field(default_factory=dict)
+    #: The place of each function among the declarations of the shader; and where its first declaration is.
+    defined_at: dict[g.Function, int] = field(default_factory=dict)
+    declared_at: dict[g.Function, int] = field(default_factory=dict)
+    signatures: dict[g.Function, tuple[Type, ...]] = field(default_factory=dict)  # types of parameters
     names: dict[str, Binding] = field(default_factory=dict)
+    #: The declarations of each name outside of functions, with their places; a container may declare a name twice.
+    bound_at: dict[str, list[tuple[int, Binding]]] = field(default_factory=dict)
     uniforms: dict[str, Uniform] = field(default_factory=dict)
     parts: int = 0  # plain parts of all uniforms
     missing: dict[str, str] = field(default_factory=dict)  # names that are not available, with the reasons

@@ -60,6 +60,13 @@ def _blank(character: str) -> str:
     return "  " if unicodedata.east_asian_width(character) in "WF" else " "
 
 
+def place_in(before: Span, span: Span) -> str:
+    """Format the location of an earlier span, for an error at ``span``: empty if it is on the same line."""
+    if before.file != span.file:
+        return f" ({before.file}:{before.line})"
+    return "" if before.line == span.line else f" (line {before.line})"
+
+
 NOWHERE = Span("<passgraph>", 0, 0, 1)
 
 

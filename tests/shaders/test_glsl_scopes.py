@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+import passgraph as pg
 from passgraph.errors import KernelError
 from passgraph.glsl import parse
 
@@ -164,3 +165,40 @@ def test_what_an_included_file_has_is_named_with_its_file(tmp_path: Path) -> Non
     (tmp_path / "a.h").write_text("\nfloat a;\n")
     with pytest.raises(KernelError, match=re.escape("a is a variable already (a.h:2)")):
         parse('#include "a.h"\nfloat a; void main() { gl_FragColor = vec4(1.0); }', folder=tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("float f() { return a; } float a = 1.0; void main() { gl_FragColor = vec4(f()); }",
+         "'a' is used before its declaration; declare it before"),
+        ("void main() { gl_FragColor = vec4(f()); }\nfloat f() { return 1.0; }",
+         "f is called before its declaration (line 2); declare a prototype before the call"),
+        ("float a = b; float b = 1.0; void main() { gl_FragColor = vec4(a); }",
+         "'b' is not defined here; declare it before"),
+    ],
+)  # fmt: skip
+def test_names_are_declared_before_they_are_used(context: moderngl.Context, text: str, said: str) -> None:
+    assert refusal(context, text)
+    with pytest.raises(KernelError, match=re.escape(said)):
+        parse(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("float f(); float g() { return f(); } float f() { return 3.0; } void main() { gl_FragColor = vec4(g()); }",
+         3.0),
+        ("float g() { return abs(-2.0); } float abs(float x) { return 7.0; } void main() { gl_FragColor = vec4(g()); }",
+         2.0),
+        ("float abs(float x) { return 7.0; } float g() { return abs(-2.0); } void main() { gl_FragColor = vec4(g()); }",
+         7.0),
+        ("const int N = 2; float f(float x[N]) { return x[1]; } "
+         "void main() { const int N = 3; float x[2]; x[0] = 1.0; x[1] = 5.0; gl_FragColor = vec4(f(x)); }", 5.0),
+    ],
+)  # fmt: skip
+def test_a_function_has_the_names_of_its_place(context: moderngl.Context, text: str, expected: float) -> None:
+    """A built-in function is hidden only from the declaration of its namesake on."""
+    assert not refusal(context, text)
+    with pg.compile(pg.kernel(glsl=text)(into=pg.target("r", "rgba32f", size=(1, 1)))) as program:
+        assert (program()["r"] == expected).all()
