@@ -10,6 +10,7 @@ import math
 import sys
 from collections.abc import Callable, Container, Iterable
 from difflib import get_close_matches
+from fractions import Fraction
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -227,3 +228,22 @@ def path(value: object, what: str) -> Path:
         return Path(value)  # type: ignore[arg-type]
     except TypeError:
         raise InputError(f"{what} must be a path (str or pathlib.Path), got {shown(value)}") from None
+
+
+def parsed_fraction(text: str) -> Fraction:
+    """Parse 25, 23.976 or 30000/1001; raises ValueError for other text.
+
+    Powers of ten are left out: `Fraction` computes all digits of 1e999999999, which takes forever.
+
+    >>> parsed_fraction("30000/1001"), parsed_fraction("23.976")
+    (Fraction(30000, 1001), Fraction(2997, 125))
+    """
+    if len(text) > _MOST_DIGITS or "e" in text.lower():
+        raise ValueError(f"{shown(text)} is no number such as 25, 23.976 or 30000/1001")
+    try:
+        return Fraction(text)
+    except ZeroDivisionError as error:
+        raise ValueError(f"{text} is divided by 0") from error
+
+
+_MOST_DIGITS = 32

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING
 
 import click
 
-from passgraph.arguments import shown
+from passgraph.arguments import parsed_fraction, shown
 from passgraph.color_tags import ColorSpace, Recoded
 from passgraph.errors import InputError, reason
 from passgraph.files.animation import is_animated
+from passgraph.files.film import LEAST_RATE, MOST_RATE
 from passgraph.files.names import Pattern, has_wildcard, is_film, is_video, unread_files
 from passgraph.files.sequences import source_metadata
 from passgraph.image_formats import NO_TAGS, WRITABLE, unstated
@@ -159,9 +160,11 @@ def _identities(path: Path) -> list[object]:
 def rate_of(text: str) -> Fraction:
     """Parse frames a second: 25, 23.976, 30000/1001."""
     try:
-        rate = Fraction(text) if len(text) < 32 else Fraction(0)
-    except (ValueError, ZeroDivisionError):
+        rate = parsed_fraction(text)
+    except ValueError:
         rate = Fraction(0)
-    if not 0 < rate <= 1000:
-        raise InputError(f"--rate {shown(text)}: expected frames a second from 0 to 1000, such as 25 or 30000/1001")
+    if not LEAST_RATE <= rate <= MOST_RATE:
+        raise InputError(
+            f"--rate {shown(text)}: expected frames a second from {LEAST_RATE} to {MOST_RATE}, such as 25 or 30000/1001"
+        )
     return rate

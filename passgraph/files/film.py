@@ -15,8 +15,8 @@ from passgraph.files.sequences import Pictures, is_made
 from passgraph.files.video import Video
 from passgraph.writing import NewFile, place_of
 
-#: Frames a second of sources without a rate.
-RATE = Fraction(25)
+#: Frames a second of sources without a rate, and the fewest and most that are written.
+RATE, LEAST_RATE, MOST_RATE = Fraction(25), Fraction(1, 1000), Fraction(1000)
 
 
 def rate_given(source: Source) -> Fraction | None:
@@ -24,6 +24,12 @@ def rate_given(source: Source) -> Fraction | None:
     if isinstance(source, (Animation, Video)):
         return Fraction(source.rate) if source.rate else None
     return source.raw.rate if isinstance(source, Pipe) and source.raw else None
+
+
+def check_rate(rate: Fraction, where: str) -> None:
+    """Raise InputError for frames a second that cannot be written."""
+    if not LEAST_RATE <= rate <= MOST_RATE:
+        raise InputError(f"{where}: {float(rate):g} frames a second; expected {LEAST_RATE} to {MOST_RATE}")
 
 
 class Film(Sink):
@@ -39,6 +45,8 @@ class Film(Sink):
 
     def __init__(self, path: str | os.PathLike[str], rate: Fraction | None) -> None:
         self.path, self.rate = arguments.path(path, f"{self.kind} to write"), rate
+        if rate is not None:
+            check_rate(rate, os.fspath(self.path))
         self._size: tuple[int, int] | None = None
         self._first: int | None = None  # number of the first frame
         self._new_file: NewFile | None = None

@@ -305,7 +305,7 @@ def _duration(stream: VideoStream) -> Fraction | None:
     try:
         hours, minutes, seconds = stream.metadata["DURATION"].split(":")
         start = max(stream.start_time or 0, 0) * (stream.time_base or 0)
-        return (int(hours) * 60 + int(minutes)) * 60 + Fraction(seconds) - start
+        return (int(hours) * 60 + int(minutes)) * 60 + arguments.parsed_fraction(seconds) - start
     except (KeyError, ValueError):
         return None
 

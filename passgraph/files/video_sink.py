@@ -15,7 +15,7 @@ from passgraph import arguments
 from passgraph.color_tags import Codes, ColorSpace, Recoded
 from passgraph.errors import InputError, reason
 from passgraph.files.chroma import location_to_write
-from passgraph.files.film import Film
+from passgraph.files.film import LEAST_RATE, Film
 from passgraph.files.frame import Frame, OutputError, Source, Stored
 from passgraph.files.sequences import source_metadata
 from passgraph.files.stored import with_channels
@@ -327,7 +327,7 @@ class ToVideo(Film):
     def _start(self) -> None:
         """Add the streams, once the size is known."""
         assert self._size is not None
-        video, rate = self._video, Fraction(self._rate).limit_denominator(1 << 16)
+        video, rate = self._video, Fraction(self._rate).limit_denominator(1 << 16) or LEAST_RATE
         options = {
             **_DEFAULT_OPTIONS.get(self._encoder.name, {}), "chroma_sample_location": self._chroma, **self.options,
         }  # fmt: skip

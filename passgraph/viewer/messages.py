@@ -10,11 +10,11 @@ import os
 import tempfile
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from contextlib import suppress
-from fractions import Fraction
 from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
+from passgraph.arguments import parsed_fraction
 from passgraph.errors import InputError, PassgraphError
 from passgraph.pictures import save
 from passgraph.reading import parsed_json
@@ -226,10 +226,10 @@ class Pages:
         """Return the suffix and the writer of a range of frames of the shown target, as a video."""
         try:
             first, last = int(query["first"]), int(query["last"])
-            rate, suffix = Fraction(query.get("rate", "30")), f".{query.get('as', 'mp4')}"
+            rate, suffix = parsed_fraction(str(query.get("rate", "30"))), f".{query.get('as', 'mp4')}"
             if suffix not in SUFFIXES:
                 raise ValueError
-        except (KeyError, TypeError, ValueError, ZeroDivisionError):
+        except (KeyError, TypeError, ValueError, OverflowError):
             raise InputError("expected first=, last= (frames from 0), rate= (frames a second) and as=mp4") from None
         return suffix, lambda path: self.session.record(first, last, rate, path)
 

@@ -252,7 +252,7 @@ class Session:
 
     def record(self, first: int, last: int, rate: Fraction, path: Path) -> None:
         """See `passgraph.viewer.recording.record`."""
-        record(self.view(), self._frame_inputs, first, last, rate, path)
+        record(self.view(), self._frame_inputs, first, last, rate, path, lambda: self._closed)
 
     def _frame_inputs(self, number: int) -> dict[str, Any]:
         count, program_set = self.subject.frame_count(), self._program_set

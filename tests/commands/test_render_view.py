@@ -251,7 +251,10 @@ def test_what_a_file_does_not_have_is_refused(arguments: str, text: str, capsys:
             "--rate is for videos, and out.png is none; leave it out, or name one: -o turn.mp4",
         ),
         ("--rate 30", "--rate is for the video of a --turntable, and this is one picture; leave it out"),
-        ("--turntable 3 --rate 0", "--rate '0': expected frames a second from 0 to 1000, such as 25 or 30000/1001"),
+        (
+            "--turntable 3 --rate 0",
+            "--rate '0': expected frames a second from 1/1000 to 1000, such as 25 or 30000/1001",
+        ),
         ("--turntable 3 --profile", "--profile times the passes on one picture, and --turntable makes several; leave"),
         (
             "--turntable 3 --capture steps",

@@ -381,6 +381,8 @@ def test_resume_does_what_is_left(capsys: pytest.CaptureFixture[str]) -> None:
         (["a", "-o", "out/", "--jobs", "0"], "0 is not in the range 1<=x<=256"),
         (["a", "-o", "out.mp4", "--rate", "0"], "--rate '0': expected frames a second"),
         (["a", "-o", "out.mp4", "--rate", "1/0"], "--rate '1/0': expected frames a second"),
+        (["a", "-o", "out.mp4", "--rate", "1e9999999"], "--rate '1e9999999': expected frames a second"),
+        (["a", "-o", "out.mp4", "--rate", "1/1000000"], "--rate '1/1000000': expected frames a second from 1/1000"),
         (["a", "-o", "out.mp4", "--codec", "none"], "out.mp4: no encoder 'none' for such a file"),
         (["a", "-o", "out.mp4", "--codec-option", "crf"], "--codec-option 'crf': expected KEY=VALUE"),
         (["a", "-o", "out/", "--rate", "25"], "--rate, --codec and --codec-option are for videos, and none is written"),

@@ -15,7 +15,8 @@ import passgraph as pg
 from passgraph.commands.entry import run
 from passgraph.errors import InputError
 from passgraph.files import Arrays, Outcome, ToArrays, ToVideo, Video
-from passgraph.files.video import open_container
+from passgraph.files.open import open_film
+from passgraph.files.video import _duration, open_container
 from tests.files.made import INVERT, SCALED, grays, inverted, picture, sequence, summed, value, video
 
 av: Any = pytest.importorskip("av")
@@ -573,3 +574,30 @@ def test_interlaced_video_is_told(tmp_path: Path, codec: str, suffix: str, capfd
     assert run(["apply", "black-and-white", str(source), "-o", str(tmp_path / "out.mp4")]) == 0
     assert "passgraph: warning: " in (said := capfd.readouterr().err) and "is interlaced" in said
     assert not Video(tmp_path / "out.mp4").is_interlaced
+
+
+# Rates
+
+
+@pytest.mark.parametrize("name", ["a.mp4", "a.gif"])
+@pytest.mark.parametrize("rate", [Fraction(1, 1_000_000), Fraction(0), Fraction(-1), Fraction(1001)])
+def test_rates_that_cannot_be_written_are_told(tmp_path: Path, name: str, rate: Fraction) -> None:
+    with pytest.raises(InputError, match=rf"{name}: .* frames a second; expected 1/1000 to 1000"):
+        open_film(tmp_path / name, rate)
+
+
+def test_a_slow_source_is_written(tmp_path: Path) -> None:
+    """A rate below the smallest fraction that libav has; frames have their own times."""
+    sink = ToVideo(tmp_path / "slow.mp4")
+    sink.rate_for = lambda source: Fraction(1, 1_000_000)  # type: ignore[method-assign]
+    with inverted() as program:
+        assert pg.frames(program, Arrays([picture(1)]), sink).written == 1
+
+
+@pytest.mark.parametrize("seconds", ["1e9999999", "1/0", "nan", "x"])
+def test_a_duration_that_is_no_number_is_unknown(seconds: str) -> None:
+    """`Fraction` alone would compute the first one forever."""
+    stream: Any = SimpleNamespace(duration=None, time_base=None, start_time=0, metadata={"DURATION": f"0:0:{seconds}"})
+    assert _duration(stream) is None
+    stream.metadata["DURATION"] = "00:01:02.500000000"
+    assert _duration(stream) == Fraction(125, 2)

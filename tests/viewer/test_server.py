@@ -5,13 +5,16 @@ from __future__ import annotations
 import asyncio
 import http.client
 import json
+import os
+import re
 import socket
+import subprocess
 import sys
 import threading
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
-from time import monotonic
+from time import monotonic, sleep
 from types import SimpleNamespace
 from typing import Any
 
@@ -213,7 +216,19 @@ SUBJECT = '{"kind": "ask", "changes": {"subject": 1}}'
 
 
 @pytest.mark.parametrize(
-    "text", ["", "[]", "{", '{"kind": "shutdown"}', '{"kind": "values", "x": "?"}', SUBJECT, LOOK, VALUES]
+    "text",
+    [
+        "",
+        "[]",
+        "{",
+        "[" * 60_000,
+        '{"kind": ' + "9" * 5000 + "}",
+        '{"kind": "shutdown"}',
+        '{"kind": "values", "x": "?"}',
+        SUBJECT,
+        LOOK,
+        VALUES,
+    ],
 )
 def test_messages_that_do_not_fit_are_refused_and_the_session_goes_on(served: Served, text: str) -> None:
     with served.socket() as socket:
@@ -249,12 +264,54 @@ def test_what_is_shown_can_be_saved(served: Served, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     "query", ["", "first=0&last=x", "first=2&last=1", "first=0&last=1&rate=0", "first=0&last=1&as=py",
-              "first=0&last=1&as=../../x.gif", "first=0&last=1&rate=1/0", "first=0&last=999999999"]
+              "first=0&last=1&as=../../x.gif", "first=0&last=1&rate=1/0", "first=0&last=999999999",
+              "first=0&last=1&rate=1e9999999", "first=0&last=1&rate=1e-9999999", "first=0&last=1&rate=1/1000000",
+              f"first={'9' * 4000}&last={'9' * 4000}", f"first=0&last={'9' * 5000}"]
 )  # fmt: skip
 def test_recordings_that_cannot_be_are_refused(served: Served, query: str) -> None:
     with served.socket() as socket:
         answer_of(socket, "state")
-    assert served.get(f"{served.base}record?{query}")[0] == 400
+    status, text = served.get(f"{served.base}record?{query}")
+    assert (status, b"record: " in text or b"expected first=" in text) == (400, True)
+
+
+def test_a_recording_ends_with_its_view(tmp_path: Path) -> None:
+    with Served(tmp_path) as served:
+        with served.socket() as socket:
+            answer_of(socket, "state")
+        answers: list[bytes] = []
+        query = f"{served.base}record?first=0&last=99999&as=gif"
+        asked = threading.Thread(target=lambda: answers.append(served.get(query)[1]))
+        asked.start()
+        while not list(Path(served.view._folder.name).iterdir()):
+            sleep(0.01)
+        served.view.session.close()
+        asked.join(60)
+    assert answers == [b"record: the view was closed"]
+
+
+def test_a_killed_view_leaves_no_uploads(tmp_path: Path) -> None:
+    effect, picture = files(tmp_path)
+    (tmp_path / "temporary").mkdir()
+    command = [sys.executable, "-m", "passgraph", "view", effect, picture, "--no-open", "-b", "numpy", "--port", "0"]
+    environment = {**os.environ, "TMPDIR": os.fspath(tmp_path / "temporary")}
+
+    def view(put: bool) -> list[str]:
+        with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) as process:
+            assert process.stdout is not None
+            found = re.search(r"http://([^/]+)(/[^/]+/)", process.stdout.readline())
+            assert found is not None
+            with closing(http.client.HTTPConnection(found[1], timeout=60)) as connection:
+                connection.request("PUT", f"{found[2]}input/in.png", picture.read_bytes() if put else b"no picture")
+                assert connection.getresponse().status == (200 if put else 400)
+            names = [path.name for path in (tmp_path / "temporary").rglob("*.png")]
+            process.kill() if put else process.terminate()
+        return names
+
+    assert len(view(put=True)) == 1
+    assert len(list((tmp_path / "temporary").rglob("*.png"))) == 1
+    assert view(put=False) == []
+    assert not list((tmp_path / "temporary").iterdir())
 
 
 def test_a_recording_is_served(served: Served) -> None:
