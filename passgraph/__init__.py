@@ -11,6 +11,9 @@
 
 from __future__ import annotations
 
+import sys
+from importlib import import_module
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from passgraph import interrupts
@@ -18,37 +21,36 @@ from passgraph import interrupts
 if interrupts.is_command():  # before the imports that take long
     interrupts.install()
 
-from passgraph.errors import (
-    BackendError,
-    DeviceMissingError,
-    GraphError,
-    InputError,
-    KernelError,
-    PassgraphError,
-)
-from passgraph.graph.calls import fragment, graph, kernel, vertex
-from passgraph.graph.draw_state import Blend, Stencil
-from passgraph.graph.drawing import draw
-from passgraph.graph.run_values import FRAME_INDEX, OUTPUT_SIZE, Derived, Value, combine
-from passgraph.graph.targets import Input, Target, TargetSpec, previous, target
-from passgraph.language.functions import *  # noqa: F403 (every name of the kernel language, here and below)
-from passgraph.language.kernel import function, struct
-from passgraph.language.primitives import *  # noqa: F403
-from passgraph.language.symbols import *  # noqa: F403
-from passgraph.language.vectors import *  # noqa: F403
-from passgraph.language.whole_numbers import *  # noqa: F403
-from passgraph.plan.data import Options
-from passgraph.ranges import Range
-from passgraph.run.compile import compile
-from passgraph.run.program import Program
-from passgraph.run.result import Result
-
 if TYPE_CHECKING:
+    from passgraph.errors import (
+        BackendError,
+        DeviceMissingError,
+        GraphError,
+        InputError,
+        KernelError,
+        PassgraphError,
+    )
     from passgraph.files.program_folder import load_program
     from passgraph.files.run import frames
+    from passgraph.graph.calls import fragment, graph, kernel, vertex
+    from passgraph.graph.draw_state import Blend, Stencil
+    from passgraph.graph.drawing import draw
     from passgraph.graph.reductions import histogram, reduce
+    from passgraph.graph.run_values import FRAME_INDEX, OUTPUT_SIZE, Derived, Value, combine
+    from passgraph.graph.targets import Input, Target, TargetSpec, previous, target
     from passgraph.hosts import gl, opencl, webgpu
+    from passgraph.language.functions import *  # noqa: F403 (every name of the kernel language, here and below)
+    from passgraph.language.kernel import function, struct
+    from passgraph.language.primitives import *  # noqa: F403
+    from passgraph.language.symbols import *  # noqa: F403
+    from passgraph.language.vectors import *  # noqa: F403
+    from passgraph.language.whole_numbers import *  # noqa: F403
     from passgraph.pictures import load, save
+    from passgraph.plan.data import Options
+    from passgraph.ranges import Range
+    from passgraph.run.compile import compile
+    from passgraph.run.program import Program
+    from passgraph.run.result import Result
     from passgraph.scene import Camera, HardwareDepth, Light, Material, Mesh, Node, Scene, Texture
     from passgraph.serialize import from_data, to_data
     from passgraph.shaders.shader_file import load_shader
@@ -60,39 +62,76 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 
+#: Names by the module that defines them; it is imported at the first use of one, so that importing passgraph is fast.
 _LATER = {
-    "frames": "passgraph.files.run", "load": "passgraph.pictures", "save": "passgraph.pictures",
-    "load_program": "passgraph.files.program_folder", "load_shader": "passgraph.shaders.shader_file",
-    "tiled": "passgraph.tiles.tiled", "lazily_tiled": "passgraph.tiles.lazy_array",
-    "map_blocks": "passgraph.tiles.chunks",
-    "histogram": "passgraph.graph.reductions", "reduce": "passgraph.graph.reductions",
-    "from_data": "passgraph.serialize", "to_data": "passgraph.serialize", "stacked": "passgraph.volumes",
-    "view": "passgraph.viewer.show",
-    **dict.fromkeys(
-        ("Camera", "HardwareDepth", "Light", "Material", "Mesh", "Node", "Scene", "Texture"), "passgraph.scene"
-    ),
-}  # fmt: skip
-
-
+    name: f"passgraph.{module}"
+    for module, names in {
+        "errors": "BackendError DeviceMissingError GraphError InputError KernelError PassgraphError",
+        "files.program_folder": "load_program",
+        "files.run": "frames",
+        "graph.calls": "fragment graph kernel vertex",
+        "graph.draw_state": "Blend Stencil",
+        "graph.drawing": "draw",
+        "graph.reductions": "histogram reduce",
+        "graph.run_values": "FRAME_INDEX OUTPUT_SIZE Derived Value combine",
+        "graph.targets": "Input Target TargetSpec previous target",
+        "language.kernel": "function struct",
+        "pictures": "load save",
+        "plan.data": "Options",
+        "ranges": "Range",
+        "run.compile": "compile",
+        "run.program": "Program",
+        "run.result": "Result",
+        "scene": "Camera HardwareDepth Light Material Mesh Node Scene Texture",
+        "serialize": "from_data to_data",
+        "shaders.shader_file": "load_shader",
+        "tiles.chunks": "map_blocks",
+        "tiles.lazy_array": "lazily_tiled",
+        "tiles.tiled": "tiled",
+        "viewer.show": "view",
+        "volumes": "stacked",
+    }.items()
+    for name in names.split()
+}
+#: Modules of the kernel language, whose names are listed below.
+_LANGUAGE = ("functions", "primitives", "symbols", "vectors", "whole_numbers")
 #: Modules under a shorter name.
 _MODULES = {"gl": "passgraph.hosts.gl", "opencl": "passgraph.hosts.opencl", "webgpu": "passgraph.hosts.webgpu"}
 
 
 def __getattr__(name: str) -> Any:
-    """Import rarely used names on first use, so that importing passgraph stays fast."""
-    if name in _LATER:
-        from importlib import import_module
-
-        return getattr(import_module(_LATER[name]), name)
+    """Import a name at its first use."""
     if name in _MODULES:
-        from importlib import import_module
-
         return import_module(_MODULES[name])
-    raise AttributeError(f"module 'passgraph' has no attribute {name!r}")
+    if name in _LATER:
+        value = getattr(import_module(_LATER[name]), name)
+    elif name in __all__:
+        modules = [import_module(f"passgraph.language.{module}") for module in _LANGUAGE]
+        value = next(getattr(module, name) for module in modules if name in module.__all__)
+    else:
+        raise AttributeError(f"module 'passgraph' has no attribute {name!r}")
+    if name != "graph":
+        globals()[name] = value
+    return value
+
+
+class _Package(ModuleType):
+    """The module, in which ``graph`` is the function: importing the package of that name would replace it."""
+
+    @property
+    def graph(self) -> Any:
+        return __getattr__("graph")
+
+    @graph.setter
+    def graph(self, package: ModuleType) -> None:
+        pass
+
+
+sys.modules[__name__].__class__ = _Package
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *_LATER, *_MODULES})
+    return sorted({*globals(), *__all__})
 
 
 __all__ = [

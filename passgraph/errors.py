@@ -47,3 +47,15 @@ def reason(error: BaseException) -> str:
     ('No such file or directory', 'ValueError')
     """
     return " ".join(str(getattr(error, "strerror", None) or error).split()) or type(error).__name__
+
+
+def on_one_line(text: str) -> str:
+    """Return the text of an error on one line; a text with a caret under a source line keeps its lines.
+
+    >>> on_one_line("in.png: is no picture\\n  (cut short)")
+    'in.png: is no picture (cut short)'
+    >>> on_one_line("mine.py:3: name 'x' is not defined\\n    return x\\n           ^").count("\\n")
+    2
+    """
+    has_caret = any(line.strip() and not line.strip(" \t^") for line in text.split("\n"))
+    return text.rstrip() if has_caret else " ".join(text.split())

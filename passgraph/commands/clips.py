@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from glob import escape
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -41,7 +41,9 @@ from passgraph.gain_map import HDR
 from passgraph.image_formats import WRITABLE
 from passgraph.pictures import check_holds_bits, in_layer, split_layer
 from passgraph.reading import check_regular
-from passgraph.scene.projection import HardwareDepth
+
+if TYPE_CHECKING:
+    from passgraph.scene import HardwareDepth
 
 
 class DepthBuffer(click.ParamType):  # type: ignore[type-arg]  # generic in newer clicks only
@@ -51,6 +53,8 @@ class DepthBuffer(click.ParamType):  # type: ignore[type-arg]  # generic in newe
     words = ("reversed", "orthographic")
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> HardwareDepth:
+        from passgraph.scene import HardwareDepth
+
         if isinstance(value, HardwareDepth):
             return value
         planes, *words = str(value).split(",")

@@ -14,10 +14,7 @@ import click
 
 import passgraph
 from passgraph import interrupts
-from passgraph.arguments import near, shown
-from passgraph.commands.running import on_one_line
-from passgraph.errors import InputError, PassgraphError
-from passgraph.writing import discard_unfinished
+from passgraph.errors import InputError, PassgraphError, on_one_line
 
 #: Environment variable that shows the traceback of unexpected errors.
 TRACEBACK_VARIABLE = "PASSGRAPH_TRACEBACK"
@@ -65,6 +62,8 @@ class _Commands(click.Group):
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         if args and args[0] not in COMMANDS and not args[0].startswith("-"):
+            from passgraph.arguments import near, shown
+
             ctx.fail(
                 f"there is no command {shown(args[0])}{near(args[0], list(COMMANDS))}; there are {', '.join(COMMANDS)}"
             )
@@ -124,7 +123,10 @@ def run(arguments: list[str] | None) -> int:
         return _run(arguments)
     finally:
         interrupts.raise_them(False)
-        discard_unfinished()
+        if "passgraph.writing" in sys.modules:  # else no file was begun
+            from passgraph.writing import discard_unfinished
+
+            discard_unfinished()
 
 
 def _run(arguments: list[str] | None) -> int:

@@ -13,10 +13,10 @@ import click
 from passgraph.commands.clips import Clip
 from passgraph.commands.command_graph import as_distance, effect_output, in_bytes
 from passgraph.commands.parameter_options import Changing
-from passgraph.commands.running import RunOptions, frame_progress, on_one_line, program_of
+from passgraph.commands.running import RunOptions, frame_progress, program_of
 from passgraph.commands.sound import audio_picture
 from passgraph.effects.effect_table import Effect
-from passgraph.errors import InputError
+from passgraph.errors import InputError, on_one_line
 from passgraph.files.film import Film
 from passgraph.files.flow import Values
 from passgraph.files.frame import Frame, Outcome, Source, Stored, Summary

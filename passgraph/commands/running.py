@@ -35,18 +35,6 @@ if TYPE_CHECKING:
     from passgraph.run.program import Program
 
 
-def on_one_line(text: str) -> str:
-    """Return the text of an error on one line; a text with a caret under a source line keeps its lines.
-
-    >>> on_one_line("in.png: is no picture\\n  (cut short)")
-    'in.png: is no picture (cut short)'
-    >>> on_one_line("mine.py:3: name 'x' is not defined\\n    return x\\n           ^").count("\\n")
-    2
-    """
-    has_caret = any(line.strip() and not line.strip(" \t^") for line in text.split("\n"))
-    return text.rstrip() if has_caret else " ".join(text.split())
-
-
 @contextmanager
 def progress(first: str) -> Iterator[Callable[..., None]]:
     """Show a progress bar with a text; yield a function that changes the text, and the count done and in all."""

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from passgraph.effects.effect_table import Effect
 from passgraph.errors import InputError
 from passgraph.files.names import is_video
-from passgraph.shaders.containers.clock import STEP_S
+from passgraph.shaders import STEP_S
 
 if TYPE_CHECKING:
     from passgraph.files.audio import Audio

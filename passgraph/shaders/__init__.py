@@ -4,6 +4,8 @@
 SUFFIXES = (".fs", ".glsl", ".frag", ".fsh", ".hook", ".glslp")
 #: Suffix of Shadertoy's exports, and of flat worlds; as an effect it means a shader.
 EXPORT_SUFFIX = ".json"
+#: Seconds from frame to frame, if nothing else says so.
+STEP_S = 1 / 30
 #: Suffixes of other shader files, with their kind, and what to do.
 NOT_READ = {
     ".slangp": ("a preset of libretro's Slang shaders", "most have a .glslp beside them, which is read"),

@@ -8,6 +8,7 @@ from typing import Any
 
 from passgraph.graph.run_values import FRAME_INDEX
 from passgraph.language.types import FLOAT, VEC4
+from passgraph.shaders import STEP_S
 from passgraph.shaders.containers.effect import ShaderParameter
 
 #: GLSL before a shader; formats define their own names from these.
@@ -18,8 +19,6 @@ uniform float pg_step;
 uniform vec4 pg_date;
 #define pg_seconds (pg_start + float(pg_frame) * pg_step)
 """
-#: Seconds from frame to frame, if nothing else says so.
-STEP_S = 1 / 30
 #: Uniform → the parameter that sets it.
 _SET_BY = {"pg_start": "time", "pg_step": "time_step", "pg_date": "date"}
 _PARAMETERS = {
