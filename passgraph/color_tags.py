@@ -109,15 +109,17 @@ class Recoded:
         return ColorSpace(f"{name} in the gamut of its source", f"{self.transfer}_{gamut}_scene" if gamut else "")
 
 
-def wide_space_named(primaries: int, transfer: int) -> str:
-    """Return the ID of a video's color space, given its codes; "" if it is no wide gamut or has no ID.
+def space_of_codes(primaries: int, transfer: int) -> str:
+    """Return the ID of the color space with codes of H.273; "" for one without an ID.
 
-    >>> wide_space_named(9, 16), wide_space_named(1, 1)
-    ('pq_rec2020_display', '')
+    >>> space_of_codes(9, 16), space_of_codes(12, 13), space_of_codes(1, 1)
+    ('pq_rec2020_display', 'srgb_p3d65_scene', '')
     """
-    gamuts = {number: gamut for gamut, number in _PRIMARIES.items() if gamut != "rec709"}
-    found = {13: "srgb", 16: "pq", 18: "hlg"}.get(transfer)
-    return f"{found}_{gamuts[primaries]}_display" if found and primaries in gamuts else ""
+    gamuts = {number: gamut for gamut, number in _PRIMARIES.items()}
+    name = {8: "lin", 13: "srgb", 16: "pq", 18: "hlg"}.get(transfer)
+    if name is None or primaries not in gamuts:
+        return ""
+    return f"{name}_{gamuts[primaries]}_{'display' if name in ('pq', 'hlg') else 'scene'}"
 
 
 def gamut_named(chromaticities: Sequence[float]) -> str:

@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from passgraph.color_tags import LINEAR, SRGB
+from passgraph.color_tags import LINEAR, SRGB, space_of_codes
 from passgraph.errors import InputError
 from passgraph.gain_map import HDR, GainMapFile, base_picture, declares_gain_map, gain_map_of
-from passgraph.image_formats import EXPECTED, READABLE, Metadata, Pixels
+from passgraph.image_formats import EXPECTED, NO_TAGS, READABLE, Metadata, Pixels
 from passgraph.image_layers import Part, find_channels
 from passgraph.misread import mending_of
 from passgraph.writing import temporary_folder
@@ -62,7 +62,7 @@ _OF_THE_FILE = (
     "Exif:ColorSpace", "Exif:YCbCrPositioning", "textureformat", "wrapmodes", "worldto", "name", "view", "chunkCount",
 )  # fmt: skip
 #: Formats whose files state a color space other than by a profile.
-_STATING = ("openexr", "png", "dpx")
+_STATING = ("png", "dpx")
 #: Size and orientation (EXIF 2.32) are not copied: pixels are stored upright, at a size of their own.
 _SIZE_AND_ORIENTATION = (
     "Orientation", "Exif:PixelXDimension", "Exif:PixelYDimension", "Exif:ImageWidth", "Exif:ImageLength"
@@ -221,7 +221,13 @@ class ImageFile:
 
     def _stated_space(self) -> str:
         """Return the color space in the file's own words; "" for what OpenImageIO assumes of its format."""
-        return self.encoding if self.format in _STATING and self.encoding != SRGB else ""
+        if self.format == "openexr":
+            return str(_attribute(self.spec, "colorInteropID", ""))
+        if (codes := _attribute(self.spec, "CICP", None)) is not None:
+            found = space_of_codes(*codes[:2]) or NO_TAGS
+        else:
+            found = self.encoding if self.format in _STATING else ""
+        return "" if found == SRGB else found
 
     def read(self) -> Pixels:
         """Return (height, width, channels) as stored, in the display window; pixels outside the data window are 0."""

@@ -63,8 +63,7 @@ def converted_space(config: ocio.Config, source: str, result: str) -> ColorSpace
     before, after = config.getColorSpace(source), config.getColorSpace(result)
     if after is None or after.isData() or (before is not None and before.getName() == after.getName()):
         return None
-    interop = after.getInteropID() if hasattr(after, "getInteropID") else ""  # from 2.5 on
-    return ColorSpace(after.getName(), interop)
+    return ColorSpace(after.getName(), after.getInteropID())
 
 
 def space_between(source: str, result: str, config: str | None) -> ColorSpace | None:

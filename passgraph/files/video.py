@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from passgraph import arguments
-from passgraph.color_tags import wide_space_named
+from passgraph.color_tags import space_of_codes
 from passgraph.errors import InputError, reason
 from passgraph.files.chroma import location_of
 from passgraph.files.frame import Frame, Stored
@@ -152,7 +152,7 @@ class Video:
         if {self.primaries, self.transfer} & {UNSPECIFIED} or self.primaries in _AS_SRGB:
             return None
         tags = ("CICP", "int[4]", (self.primaries, self.transfer, 0, 1))
-        return Metadata((tags,), deep=self.deep, space=wide_space_named(self.primaries, self.transfer) or NO_TAGS)
+        return Metadata((tags,), deep=self.deep, space=space_of_codes(self.primaries, self.transfer) or NO_TAGS)
 
     def __iter__(self) -> Iterator[Frame]:
         position, conversion = _Position(), Conversion()
