@@ -1,6 +1,7 @@
-"""Values of a program that compilers can compute before it runs.
+"""Values of a program that compilers can compute before it runs, and those that are one of a few constants.
 
-Compilers that assume no NaN fold a product with 0 to 0, so printers hide values that may become a constant 0.
+Compilers that assume no NaN fold a product with 0 to 0, so printers hide values that may become a constant 0.  They
+also turn the product of x with a choice of 0 or 1 into a choice of 0 or x (Mesa 26.1).
 """
 
 from __future__ import annotations
@@ -18,9 +19,10 @@ _KEEP_APART_FROM_ZERO = {"mul", "div", "neg", "abs", "sqrt", "to_float"}
 
 @dataclass(frozen=True)
 class Foreseen:
-    """Values by id that may become constants (possibly too many), and those among them that are not zero."""
+    """Values by id that may become constants (possibly too many), choices between such, and which are not zero."""
 
     constants: frozenset[int]
+    choices: frozenset[int]
     nonzero: frozenset[int]
 
     def known(self, operand: s.Operand) -> bool:
@@ -33,22 +35,33 @@ class Foreseen:
             return operand.value == 0
         return operand.id in self.constants and operand.id not in self.nonzero
 
+    def may_choose_zero(self, operand: s.Operand) -> bool:
+        """Return True if it may become a choice between 0 and another constant."""
+        return isinstance(operand, s.Val) and operand.id in self.choices and operand.id not in self.nonzero
+
 
 def foreseen_values(program: s.ScalarProgram) -> Foreseen:
     """Return the values of a program that a compiler may compute."""
-    search = _Search({name for name, _, values in program.tables if all(v != 0 for v in values)})
+    constants, choices = _searched(program, choices=False), _searched(program, choices=True)
+    found = frozenset(constants.found)
+    return Foreseen(found, frozenset(choices.found) - found, frozenset(choices.nonzero))
+
+
+def _searched(program: s.ScalarProgram, choices: bool) -> _Search:
+    search = _Search({name for name, _, values in program.tables if all(v != 0 for v in values)}, choices)
     count = -1
     while search.count != count:
         count = search.count
         search.walk(program.body)
-    return Foreseen(frozenset(search.found), frozenset(search.nonzero))
+    return search
 
 
 class _Search:
     """Iterates to a fixed point: variables carry constants back to the head of a loop."""
 
-    def __init__(self, tables: set[str]) -> None:
+    def __init__(self, tables: set[str], choices: bool) -> None:
         self.tables = tables  # tables without zeros
+        self.choices = choices  # True if values count that are one of two constants, under any condition
         self.found: set[int] = set()
         self.nonzero: set[int] = set()
         self.variables: set[str] = set()
@@ -82,13 +95,21 @@ class _Search:
         if isinstance(i, s.LoadTable):
             return self.known(i.index)
         if isinstance(i, s.Choose):
-            return self.known(i.condition) and (self.known(i.then) or self.known(i.orelse))
+            known = self.known(i.then), self.known(i.orelse)
+            return any(known) if self.known(i.condition) else self.choices and all(known)
+        if self.choices and i.on == "bool" and i.to.type != "bool":
+            return True
         follows_arguments = [self.known(a) for a in i.arguments]
         return any(follows_arguments) if (i.operation, i.on) in _DECIDED else all(follows_arguments)
 
     def is_nonzero(self, i: s.Op | s.Choose | s.LoadTable) -> bool:
         if isinstance(i, s.LoadTable):
             return i.table in self.tables
-        if isinstance(i, s.Choose) or i.operation not in _KEEP_APART_FROM_ZERO or i.to.type != "float":
+        if isinstance(i, s.Choose):
+            return all(map(self._is_apart, (i.then, i.orelse)))
+        if i.operation not in _KEEP_APART_FROM_ZERO or i.to.type != "float":
             return False
-        return all(a.value != 0 if isinstance(a, s.Lit) else a.id in self.nonzero for a in i.arguments)
+        return all(map(self._is_apart, i.arguments))
+
+    def _is_apart(self, operand: s.Operand) -> bool:
+        return operand.value != 0 if isinstance(operand, s.Lit) else operand.id in self.nonzero

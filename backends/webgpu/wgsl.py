@@ -8,6 +8,7 @@ the same way.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import ClassVar
 
@@ -174,6 +175,8 @@ class WGSL(ShaderPrinter):
             return super().operation(op, arguments)
         if op.operation in ("mul", "div", "add", "sub"):
             arguments = self.unforeseen_operands(op.arguments)
+        if op.operation in ("mul", "div"):
+            arguments = self._unchosen(op, arguments)
         if op.operation in ("sub", "div") and self.combined.same(*op.arguments):
             arguments = [arguments[0], f"bitcast<f32>(bitcast<u32>({arguments[1]}) | pg_nil2)"]
         same = op.operation in ("equal", "not_equal") and arguments[0] == arguments[1]
@@ -181,6 +184,14 @@ class WGSL(ShaderPrinter):
             return self._comparison(op, arguments)
         text = super().operation(op, arguments)
         return self.hidden(text) if op.to.id in self.combined.results else text
+
+    def _unchosen(self, op: s.Op, arguments: list[str]) -> list[str]:
+        """Hide factors that are chosen to be 0, whose product with infinity or NaN compilers take for 0."""
+        finite = [isinstance(a, s.Lit) and math.isfinite(a.value) for a in op.arguments]
+        return [
+            self.hidden(text) if self.foreseen.may_choose_zero(a) and not other else text
+            for a, text, other in zip(op.arguments, arguments, reversed(finite), strict=True)
+        ]
 
     def _comparison(self, op: s.Op, arguments: list[str]) -> str:
         """Compare through a value with unknown range and origin, so that compilers cannot simplify it."""

@@ -58,6 +58,7 @@ MUTANTS = (
         "return text",
         "language/written zeros",
     ),
+    _w("Foreseen.may_choose_zero", "operand.id in self.choices", "False", "language/written zeros"),
     _w(
         "WGSL.operation",
         "return self.hidden(text) if op.to.id in self.combined.results else text",

@@ -72,12 +72,16 @@ def run(a: Image, b: Image) -> tuple[vec4, vec4]:
     return first, vec4(root * root, (x * 1e30) * 1e-30, x / x, -x + (x + z))
 """
 
-#: Zeros in the text, which shader compilers tend to fold, and zeros from unrolled loops.
+#: Zeros in the text, which shader compilers tend to fold, zeros that a condition chooses, and those of unrolled loops.
 ZEROS = """
-def run(a: Image, b: Image) -> tuple[vec4, vec4]:
-    x = a[0, 0].x
+def run(a: Image, b: Image) -> tuple[vec4, vec4, vec4, vec4]:
+    x, y = a[0, 0].x, b[0, 0].y
     first = vec4(0.0 / x, 1.0 - 0.0 / x, 0.0 // x, 0.0 * x)
-    return first, vec4(2.0, pow(x, 0.0), min(0.0 / x, 1.0), 1.0 if 0.0 / x == 0.0 else 2.0)
+    second = vec4(2.0, pow(x, 0.0), min(0.0 / x, 1.0), 1.0 if 0.0 / x == 0.0 else 2.0)
+    mask = float(b[0, 0].x < 1.0)
+    sign = -1.0 if y > 2.0 else 0.0
+    third = vec4(mask * x, (1.0 - mask) * x, mask * 0.5 * x, sign * x)
+    return first, second, third, vec4(x * y * mask, y + mask * (x - y), float(int(mask) * 2 - 1 < 0) * x, mask / x)
 """
 UNROLLED_ZEROS = """
 TABLE = (0.0, 1.0, 2.0)
