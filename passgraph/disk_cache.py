@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
+from time import time
 
 from passgraph.errors import BackendError
 
@@ -29,6 +30,8 @@ _POSIX = os.name == "posix"
 _FOLDER_FLAGS = os.O_RDONLY | getattr(os, "O_DIRECTORY", 0) | getattr(os, "O_NOFOLLOW", 0)
 #: Opening a pipe must not block; non-regular files are detected after opening.
 _FILE_FLAGS = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+#: What names of temporary files begin with, and their age in seconds when their process is gone.
+_TEMPORARY, _STALE_S = ".pg_", 3600
 #: True once this process has warned that the cache is off; and the folders that it has pruned.
 _said: set[str] = set()
 _pruned: set[Path] = set()
@@ -219,7 +222,7 @@ def _read(name: str, folder: int | None) -> bytes:
 
 def _write(part: str, name: str, data: bytes, folder: int | None) -> None:
     """Write a file atomically: another process may write the same file at the same time, with equivalent content."""
-    temporary = _file_name(part, f".pg_{os.urandom(8).hex()}.tmp", folder)
+    temporary = _file_name(part, f"{_TEMPORARY}{os.urandom(8).hex()}.tmp", folder)
     try:
         flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | _FILE_FLAGS
         with os.fdopen(os.open(temporary, flags, 0o600, dir_fd=folder), "wb") as file:
@@ -241,13 +244,17 @@ def _warn_once(error: Exception) -> None:
 def prune(path: Path, folder: int | None = None, most: int = FOLDER_BYTES) -> None:
     """Remove the oldest files until a folder that exceeds ``most`` bytes holds at most half of that.
 
-    Another process may read or remove the same files; removed files are compiled again.
+    Temporary files of an hour ago are removed too: a killed process has left them. Another process may read or remove
+    the same files; removed files are compiled again.
     """
     found = []
     for name in os.listdir(path if folder is None else folder):
         place = name if folder is not None else str(path / name)
         with suppress(OSError):
             status = os.stat(place, dir_fd=folder, follow_symlinks=False)
+            if name.startswith(_TEMPORARY) and status.st_mtime < time() - _STALE_S:
+                os.unlink(place, dir_fd=folder)
+                continue
             found.append((status.st_mtime, status.st_size, place))
     total = sum(size for _, size, _ in found)
     if total <= most:

@@ -6,6 +6,7 @@ import errno
 import hashlib
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import threading
@@ -294,3 +295,21 @@ def test_a_folder_that_is_too_full_loses_what_was_written_first(tmp_path: Path) 
     finally:
         os.close(opened)
     assert sorted(path.name for path in folder.iterdir()) == ["4", "5"]
+
+
+def test_a_killed_process_leaves_the_old_file() -> None:
+    disk_cache.remember("programs", "one", b"old")
+    child = os.fork()
+    if child == 0:
+        os.replace = lambda *_, **__: os.kill(os.getpid(), signal.SIGKILL)  # type: ignore[assignment]
+        disk_cache.remember("programs", "one", b"new")
+        os._exit(0)
+    assert os.WIFSIGNALED(os.waitpid(child, 0)[1])
+    assert disk_cache.recall("programs", "one") == b"old"
+    (left,) = (path for path in disk_cache.cache_path("programs").iterdir() if path.name != "one")
+    disk_cache.prune(left.parent)
+    assert left.exists()  # another process may be writing it
+    os.utime(left, (0, 0))
+    disk_cache.prune(left.parent)
+    assert not left.exists()
+    assert disk_cache.recall("programs", "one") == b"old"

@@ -15,7 +15,7 @@ import pytest
 import passgraph as pg
 from passgraph import image_writing, writing
 from passgraph.image_formats import WRITABLE
-from tests.writers import WRITERS, picture_of
+from tests.writers import ALL, WRITERS, picture_of
 
 Problems = dict[str, str]
 
@@ -31,21 +31,28 @@ def problems(fault: str, folder: Path, *before: str) -> Problems:
             process.kill()
             told, errors = process.communicate()
     found = dict(json.loads(line) for line in told.splitlines())
-    missing = [name for name in WRITERS if name not in found]
+    missing = [name for name in (WRITERS if fault.startswith("SIG") else ALL) if name not in found]
     return found | dict.fromkeys(missing, f"the process ended with {process.returncode} {errors[-500:]}")
 
 
-FAULTS = ("full", "few_files", "SIGKILL", "SIGTERM", "SIGINT")
-
-
-@pytest.fixture(scope="module", params=FAULTS)
+@pytest.fixture(scope="module", params=["full", "few_files"])
 def fault(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Problems:
     return problems(request.param, tmp_path_factory.mktemp(request.param) / "files")
 
 
-@pytest.mark.parametrize("name", WRITERS)
-def test_a_file_is_whole_or_the_old_one(fault: Problems, name: str) -> None:
+@pytest.fixture(scope="module", params=["SIGKILL", "SIGTERM", "SIGINT"])
+def killed(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Problems:
+    return problems(request.param, tmp_path_factory.mktemp(request.param) / "files")
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_a_file_that_cannot_be_written_is_the_old_one(fault: Problems, name: str) -> None:
     assert fault[name] == ""
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_a_file_of_a_killed_process_is_the_old_one(killed: Problems, name: str) -> None:
+    assert killed[name] == ""
 
 
 def test_a_full_file_system(tmp_path: Path) -> None:
@@ -59,7 +66,7 @@ def test_a_full_file_system(tmp_path: Path) -> None:
     ]
     if not shutil.which("unshare") or subprocess.run([*mounted, "true"], capture_output=True).returncode:
         pytest.skip("no right to mount a tmpfs; the limit on a file's size stands for it")
-    assert problems("full_tmpfs", tmp_path, *mounted) == dict.fromkeys(WRITERS, "")
+    assert problems("full_tmpfs", tmp_path, *mounted) == dict.fromkeys(ALL, "")
 
 
 # Systems without files in memory

@@ -12,6 +12,7 @@ import resource
 import shutil
 import signal
 import sys
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -21,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import passgraph as pg
-from passgraph import writing
+from passgraph import disk_cache, writing
 from passgraph.bench.bench_report import Point, pareto_plot
 from passgraph.files.animation_sink import ToAnimation
 from passgraph.files.program_folder import export_program
@@ -80,6 +81,18 @@ def opaque(path: Path, picture: Picture) -> None:
     pg.save(path, picture[..., :3])
 
 
+def cache(path: Path, picture: Picture) -> None:
+    """The disk cache, which warns once and goes on where it cannot write."""
+    os.environ["PASSGRAPH_CACHE"] = os.fspath(path)
+    disk_cache._said.clear()
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        disk_cache.remember("programs", "one", picture.tobytes())
+    if told:
+        raise pg.BackendError(str(told[0].message))
+    assert disk_cache.recall("programs", "one") == picture.tobytes()
+
+
 Writer = Callable[[Path, Picture], object]
 #: By the name of the file or folder that it writes.
 WRITERS: dict[str, Writer] = {
@@ -94,6 +107,10 @@ WRITERS: dict[str, Writer] = {
     "program": lambda path, picture: export_program(graph(picture), path, size=(64, 48)),
     "page": lambda path, picture: export_web(graph(picture), path, size=(64, 48)),
 }  # fmt: skip
+
+
+#: With the cache, which has a folder and rules of its own (`tests/test_disk_cache.py`).
+ALL: dict[str, Writer] = {**WRITERS, "cache": cache}
 
 
 def picture_of(seed: int) -> Picture:
@@ -162,7 +179,7 @@ FAULTS = {"full": full, "full_tmpfs": full_tmpfs, "few_files": few_files}
 
 def problem_of(name: str, folder: Path, fault: str) -> str:
     """Run a writer under each degree of a fault; return what is wrong afterwards, or nothing."""
-    write, path = WRITERS[name], folder / name
+    write, path = ALL[name], folder / name
     write(path, picture_of(2))
     new = {file: len(data) for file, data in content(path).items()}
     shutil.rmtree(path) if path.is_dir() else path.unlink()
@@ -240,10 +257,10 @@ def _signal_at(moment: str, count: int, number: int) -> None:
 
 
 def main(fault: str, folder: str) -> None:
-    for name in WRITERS:
+    number = getattr(signal, fault, None)
+    for name in ALL if number is None else WRITERS:
         place = Path(folder) / name.replace(".", "_")
         place.mkdir()
-        number = getattr(signal, fault, None)
         problem = problem_of(name, place, fault) if number is None else killed(name, place, number)
         print(json.dumps([name, problem]), flush=True)
 
