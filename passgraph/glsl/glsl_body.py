@@ -58,6 +58,8 @@ class Body:
 
     def lookup(self, name: str, span: Span) -> Binding:
         value = self.find(name)
+        if value is None and name in self.unit.values:
+            value = Known(Body(self.unit).expressions.part(self.unit.values[name]), "a value of the host")
         if value is None and name in STAGE:
             value = Known(STAGE[name](self.unit, span), "a value of the stage")
         if value is None and name in self.unit.missing:
@@ -67,7 +69,7 @@ class Body:
                 fail(span, f"{name!r} is not defined here; it is a function; call it")
             if name in self.unit.names:
                 fail(span, f"{name!r} is used before its declaration; declare it before")
-            suggestion = mending(name, (*chain(*self.scopes), *self.unit.names, *STAGE))
+            suggestion = mending(name, (*chain(*self.scopes), *self.unit.names, *self.unit.values, *STAGE))
             fail(span, elsewhere(name) or f"{name!r} is not defined here{suggestion or '; declare it before'}")
         return value
 

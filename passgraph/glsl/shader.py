@@ -35,11 +35,12 @@ from passgraph.language.types import (
     Array,
     Scalar,
     Struct,
+    Type,
     Vector,
     element_of,
     part_count,
 )
-from passgraph.language.values import COMPOSITE, ArrayValue, Part, StructValue, constant
+from passgraph.language.values import COMPOSITE, ArrayValue, Part, StructValue, constant, swizzle
 
 if TYPE_CHECKING:
     from passgraph.glsl.glsl_body import Body
@@ -133,12 +134,27 @@ def declare_uniforms(body: Body, node: g.Declaration) -> None:
     """Declare the uniforms of a statement."""
     for variable in node.variables:
         type_ = body.type_of(variable.type, variable.type.span, variable.value)
+        if variable.name in body.unit.values and variable.span.file not in body.unit.around:
+            _declare_host_value(body, variable, type_)
+            continue
         uniform = Uniform(variable.name, type_, variable.span)
         if variable.value is not None:
             check_local(type_, f"what {variable.name} is set to", variable.span)
             part = fitted(body.expressions.initial(variable.value, type_), type_, variable.span, variable.name)
             uniform = Uniform(variable.name, type_, variable.span, _host(part, variable.span), True)
         _declare(body, uniform)
+
+
+def _declare_host_value(body: Body, variable: g.Variable, type_: Type) -> None:
+    """Declare a uniform that the host sets: of its type, or a vector of its first components."""
+    name, span = variable.name, variable.span
+    part = body.expressions.part(body.unit.values[name])
+    given = type_of_part(part)
+    if isinstance(given, Vector) and isinstance(type_, Vector) and type_.size < given.size:
+        part = swizzle(cast("ir.Expr", part), "xyzw"[: type_.size], span)
+    elif given != type_:
+        fail(span, f"uniform {name} is {given} in this format, got {type_}; give it that type, or another name")
+    body.bind(name, Known(fitted(part, type_, span, name), "a value of the host"))
 
 
 def declare_interface(body: Body, node: g.Interface, names: Counter[str]) -> None:
@@ -257,6 +273,8 @@ class ShaderText:
         parameters if they are used
     prelude_file : the file name in errors in the prelude
     defines : macros by name
+    values : values of the host by name, each a GLSL expression of the prelude's names; the text may use such a name
+        for something else, or declare a uniform of it
     rows_up : True if the shader counts rows of pictures from the bottom, as in OpenGL; False for the top
     included : the text of each included file, by its path
     """
@@ -269,6 +287,7 @@ class ShaderText:
     prelude_file: str = PRELUDE
     postlude: str = ""
     defines: Mapping[str, str] = field(default_factory=dict)
+    values: Mapping[str, str] = field(default_factory=dict)
     rows_up: bool = True
     included: Mapping[str, str] = field(default_factory=dict)
 
@@ -328,6 +347,7 @@ def parse_shader(source: ShaderText, folder: Path | None = None, levels: frozens
     file = source.file
     around = frozenset([source.prelude_file, POSTLUDE])
     unit = Unit(source.rows_up, levels, around)
+    unit.values = {name: _expression(text, source.prelude_file) for name, text in source.values.items()}
     pieces = [(source.prelude, source.prelude_file), (source.text, file), (source.postlude, POSTLUDE)]
     try:
         tokens, reader = preprocessed(pieces, source.defines, folder, source.included)
@@ -347,6 +367,11 @@ def parse_shader(source: ShaderText, folder: Path | None = None, levels: frozens
     return Shader(
         program, uniforms, notes, read, reader.version, tuple(reader.extensions), len(tokens), leveled=leveled
     )
+
+
+def _expression(text: str, file: str) -> g.Expr:
+    tokens, _ = preprocessed([(text, file)], {}, None)
+    return Parser(tokens, file).expression()
 
 
 def _program(tree: list[g.Outer], unit: Unit, source: ShaderText) -> tuple[ir.TypedKernel, tuple[Uniform, ...]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias, TypeVar
 
@@ -96,6 +96,7 @@ class Unit:
     bound_at: dict[str, list[tuple[int, Binding]]] = field(default_factory=dict)
     uniforms: dict[str, Uniform] = field(default_factory=dict)
     parts: int = 0  # plain parts of all uniforms
+    values: Mapping[str, g.Expr] = field(default_factory=dict)  # of the host, where a name has no other meaning
     missing: dict[str, str] = field(default_factory=dict)  # names that are not available, with the reasons
     used: set[str] = field(default_factory=set)  # global names that functions read
     notes: dict[tuple[str, int, str], Note] = field(default_factory=dict)

@@ -96,7 +96,7 @@ def definition(text: str, names: dict[str, Any] | None = None, **parts: Any) -> 
 SHADER = {
     "text": "uniform sampler2D a; void main() { gl_FragColor = texelFetch(a, ivec2(gl_FragCoord.xy), 0); }",
     "name": "made", "file": "<a stranger's>", "entry": "main", "prelude": "", "prelude_file": "<prelude>",
-    "postlude": "", "defines": {}, "rows_up": True, "included": {},
+    "postlude": "", "defines": {}, "values": {}, "rows_up": True, "included": {},
 }  # fmt: skip
 
 

@@ -17,8 +17,9 @@ uniform int pg_frame;
 uniform float pg_start;
 uniform float pg_step;
 uniform vec4 pg_date;
-#define pg_seconds (pg_start + float(pg_frame) * pg_step)
 """
+#: The time of a frame in seconds, as an expression of these uniforms.
+SECONDS = "pg_start + float(pg_frame) * pg_step"
 #: Uniform → the parameter that sets it.
 _SET_BY = {"pg_start": "time", "pg_step": "time_step", "pg_date": "date"}
 _PARAMETERS = {

@@ -20,7 +20,7 @@ from passgraph.graph.targets import Computed, Relative, Target, TargetSpec, prev
 from passgraph.language.kernel import kernel_from_text
 from passgraph.language.types import BOOL, FLOAT, INT, VEC2, VEC4, Scalar, Type, Vector, component_count
 from passgraph.reading import parsed_json
-from passgraph.shaders.containers.clock import PRELUDE, clock_parameters, clock_uniforms
+from passgraph.shaders.containers.clock import PRELUDE, SECONDS, clock_parameters, clock_uniforms
 from passgraph.shaders.containers.corners import MAX_VARYINGS, WITHIN, Varying, interpolated
 from passgraph.shaders.containers.effect import (
     ShaderEffect,
@@ -89,7 +89,8 @@ def _named(name: str, values: Mapping[str, Any], text: str, where: str) -> Formu
 
 
 MAX_INPUTS, MAX_PASSES, MAX_IMPORTED = 256, 64, 32
-_HEADER = re.compile(r"\s*/\*(.*?)\*/", re.DOTALL)
+#: The comment that holds the header; line comments may stand before it.
+_HEADER = re.compile(r"(?:\s|//[^\n]*\n)*+/\*(.*?)\*/", re.DOTALL)
 _NAME = re.compile(r"[A-Za-z_]\w{0,63}")
 #: Type of an input → that of its uniform; None for pictures.
 _TYPES: dict[str, Type | None] = {
@@ -128,7 +129,7 @@ class IsfHeader:
 
 
 def is_isf(text: str) -> bool:
-    """Return True if a text begins with a comment that holds a JSON object."""
+    """Return True if a text begins with a comment that holds a JSON object, after line comments."""
     match = _HEADER.match(text)
     return match is not None and match[1].lstrip().startswith("{")
 
@@ -315,12 +316,12 @@ def vertex_prelude(text: str, file: str) -> tuple[str, str]:
     return f"{before}{text}\n{behind}#define varying\n", entry
 
 
+#: Values that hosts set. No time has passed before the first frame.
+_VALUES = {
+    "TIME": SECONDS, "TIMEDELTA": "pg_frame == 0 ? 0.0 : pg_step", "FRAMEINDEX": "pg_frame", "DATE": "pg_date",
+    "RENDERSIZE": "pg_output_size",
+}  # fmt: skip
 _BEFORE = f"""{PRELUDE}
-#define TIME pg_seconds
-#define TIMEDELTA pg_step
-#define FRAMEINDEX pg_frame
-#define DATE pg_date
-#define RENDERSIZE pg_output_size
 #define IMG_SIZE(image) vec2(textureSize(image, 0))
 #define IMG_NORM_PIXEL(image, at) texture2D(image, at)
 #define IMG_PIXEL(image, at) texture2D(image, (at) / IMG_SIZE(image))
@@ -352,7 +353,7 @@ def read_isf(text: str, path: Path) -> ShaderEffect:
     shaders = [
         parse(
             text, name=f"{name_of(path)}{number or ''}", file=file, entry=entry, prelude=prelude + _WHERE,
-            postlude=postlude, defines={"PASSINDEX": str(number), "__VERSION__": "120"},
+            postlude=postlude, defines={"__VERSION__": "120"}, values=_VALUES | {"PASSINDEX": str(number)},
         )
         for number in range(len(header.passes))
     ]  # fmt: skip

@@ -236,9 +236,11 @@ def _sides(values: _Values, i: int) -> tuple[Side, Side] | None:
         return None
     sides = []
     for axis in "xy":
+        # The entry of both axes wins over one of its own, as in the player (RetroArch, video_shader_parse.c).
         known = {name: name for name in _SCALES}
-        type_ = values.one_of(f"scale_type_{axis}{i}", known, values.text(f"scale_type{i}", "source"))
-        key = f"scale_{axis}{i}" if f"scale_{axis}{i}" in values.entries else f"scale{i}"
+        type_key = f"scale_type{i}" if f"scale_type{i}" in values.entries else f"scale_type_{axis}{i}"
+        type_ = values.one_of(type_key, known, "source")
+        key = f"scale{i}" if f"scale{i}" in values.entries else f"scale_{axis}{i}"
         if type_ == "absolute":
             sides.append(Side(type_, float(values.number(key, _integer, None, 1, MAX_SIDE))))
         else:

@@ -23,7 +23,7 @@ from passgraph.glsl import Shader, parse
 from passgraph.graph.calls import PixelKernel
 from passgraph.graph.run_values import Formula, evaluated
 from passgraph.graph.targets import Computed, Target, TargetSpec, target
-from passgraph.language.types import BOOL, FLOAT, INT, Type
+from passgraph.language.types import BOOL, FLOAT, INT, UINT, Type
 from passgraph.shaders.containers.clock import PRELUDE, clock_uniforms
 from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of, notes_of
 from passgraph.shaders.containers.shader_images import brought, small_kernel
@@ -265,7 +265,9 @@ _PLANES = {"LUMA": 1, "CHROMA": 2}
 #: Stages of the whole picture, in the player's order.
 _STAGES = ("RGB", "NATIVE", "MAINPRESUB", "MAIN", "LINEAR", "SIGMOID", "PREKERNEL", "POSTKERNEL", "SCALED", "OUTPUT")
 _ORDER = (*_PLANES, *_STAGES)
-_TYPES: dict[str, Type] = {"float": FLOAT, "int": INT, "bool": BOOL, "DYNAMIC float": FLOAT, "CONSTANT float": FLOAT}
+#: Types of parameters, after ``ENUM``, ``DYNAMIC`` or ``CONSTANT``.
+_TYPES: dict[str, Type] = {"float": FLOAT, "int": INT, "uint": UINT, "bool": BOOL, "DEFINE": INT}
+_TYPE = re.compile(r"(ENUM )?(?:DYNAMIC |CONSTANT )?(\w+)")
 _BOUND = """
 uniform sampler2D pg_of_{0};
 #define {0}_raw pg_of_{0}
@@ -285,11 +287,6 @@ _COMMON = f"""#version 450
 uniform sampler2D pg_frame_before, pg_frame_now;
 uniform vec2 pg_offset;
 uniform float pg_scale;
-#define frame pg_frame
-#define random 0.5
-#define input_size vec2(textureSize(pg_frame_now, 0))
-#define target_size floor(pg_scale * vec2(textureSize(pg_frame_before, 0)) + 0.5)
-#define tex_offset pg_offset
 vec4 linearize(vec4 c) {{
     vec3 steep = pow((max(c.rgb, 0.0) + 0.055) / 1.055, vec3(2.4));
     return vec4(mix(c.rgb / 12.92, steep, step(0.04045, c.rgb)), c.a);
@@ -299,8 +296,11 @@ vec4 delinearize(vec4 c) {{
     return vec4(mix(c.rgb * 12.92, steep, step(0.0031308, c.rgb)), c.a);
 }}
 """
-#: Uniforms that the player sets.
-_OWN = ("frame", "random", "input_size", "target_size", "tex_offset")
+#: Values that the player sets.
+_VALUES = {
+    "frame": "pg_frame", "random": "0.5", "input_size": "vec2(textureSize(pg_frame_now, 0))",
+    "target_size": "floor(pg_scale * vec2(textureSize(pg_frame_before, 0)) + 0.5)", "tex_offset": "pg_offset",
+}  # fmt: skip
 #: The entry function of a pass, by its number of components.
 _BEHIND = {
     count: f"void pg_main() {{ gl_FragColor = {kept}; }}"
@@ -379,7 +379,7 @@ def read_mpv(text: str, path: Path) -> ShaderEffect:
     """
     file = str(path)
     blocks = read_blocks(text, file)
-    parameters = {one.name: one for one in (_parameter(b, file) for b in blocks if "PARAM" in b.said)}
+    parameters, macros, options = _parameters(blocks, file)
     uniforms = "".join(f"uniform {one.type} {one.name};\n" for one in parameters.values())
     textures = {b.first("TEXTURE"): read_texture(b, file) for b in blocks if "TEXTURE" in b.said}
     passes: list[_Pass] = []
@@ -389,7 +389,8 @@ def read_mpv(text: str, path: Path) -> ShaderEffect:
             shader = parse(
                 block.code, name=f"{name_of(path)}{number or ''}", file=file, entry="pg_main",
                 prelude=_COMMON + uniforms + _bound(block, hook, textures),
-                postlude=_BEHIND[block.components(file, _PLANES.get(hook, 4))], rows_up=False,
+                postlude=_BEHIND[block.components(file, _PLANES.get(hook, 4))], rows_up=False, defines=macros,
+                values=_VALUES | {name: str(number) for name, number in options.items()},
             )  # fmt: skip
             shaders.append(shader)
             passes.append(_Pass(block, hook, PixelKernel[Target].of_shader(shader)))
@@ -406,7 +407,9 @@ def read_mpv(text: str, path: Path) -> ShaderEffect:
         )
 
     def build(pictures: Mapping[str, Target], values: Mapping[str, Any], into: TargetSpec) -> Target:
-        return _built(passes, textures, pictures["frame"], values, into, file)
+        return _built(passes, textures, pictures["frame"], numbers | dict(values), into, file)
+
+    numbers = options | {name: float(number) for name, number in macros.items()}
 
     words = {word for one in passes for text in one.block.expressions() for word in text.split()}
     constants = frozenset(parameters.keys() & {"output_scale", "chroma_scale", *words})
@@ -542,18 +545,55 @@ def _hooks_of(block: MpvBlock, file: str) -> list[str]:
     return known
 
 
+def _parameters(
+    blocks: Iterable[MpvBlock], file: str
+) -> tuple[dict[str, ShaderParameter], dict[str, str], dict[str, int]]:
+    """Return a file's parameters, macros (``//!TYPE DEFINE``: their number is the file's) and names of choices."""
+    parameters: dict[str, ShaderParameter] = {}
+    macros: dict[str, str] = {}
+    options: dict[str, int] = {}
+    for block in (one for one in blocks if "PARAM" in one.said):
+        one = _parameter(block, file)
+        if one.name in parameters or one.name in macros:
+            raise InputError(
+                f"{file}:{block.line}: //!PARAM: there are two parameters {one.name!r}; rename one of them"
+            )
+        is_macro = block.first("TYPE").endswith("DEFINE")
+        if is_macro:
+            macros[one.name] = str(one.default)
+        else:
+            parameters[one.name] = one
+        for name, number in one.choices.items():
+            if options.setdefault(name, number) != number:
+                raise InputError(
+                    f"{file}:{block.line}: //!PARAM: choice {name!r} has another number in a parameter above"
+                )
+            if is_macro:
+                macros[name] = str(number)
+    return parameters, macros, options
+
+
 def _parameter(block: MpvBlock, file: str) -> ShaderParameter:
     where = f"{file}:{block.line}: //!PARAM"
-    type_ = _TYPES.get(block.first("TYPE", "float"))
-    if type_ is None:
-        raise InputError(f"{where}: TYPE {block.first('TYPE')} is not read here; there are {', '.join(_TYPES)}")
+    match = _TYPE.fullmatch(" ".join(block.first("TYPE", "float").split()))
+    type_ = None if match is None else _TYPES.get(match[2])
+    is_choice = match is not None and match[1] is not None
+    if type_ is None or (is_choice and type_ is not INT):
+        known = f"{', '.join(_TYPES)}, ENUM int and ENUM DEFINE"
+        raise InputError(f"{where}: TYPE {block.first('TYPE')} is not read here; there are {known}")
+    if is_choice and not re.fullmatch(r"[-+\d.\s]*", block.code):
+        names = block.code.split()
+        if not all(re.fullmatch(r"(?!gl_|pg_)[A-Za-z_]\w*", name, re.ASCII) for name in names):
+            raise InputError(f"{where}: the choices of an ENUM are names, one a line, got {block.code.strip()!r}")
+        choices = {name: number for number, name in enumerate(names)}
+        return ShaderParameter(block.first("PARAM"), type_, 0, 0, len(choices) - 1, block.first("DESC"), choices)
     low, high = (_number(block.first(side), f"{where}: {side}") for side in ("MINIMUM", "MAXIMUM"))
-    if block.first("PARAM") in _OWN:
+    if block.first("PARAM") in _VALUES:
         raise InputError(f"{where}: {block.first('PARAM')} is a value of the player's; give the parameter another name")
     default = _number(block.code.strip() or "0", where)
     assert default is not None
     return ShaderParameter(
-        block.first("PARAM"), type_, int(default) if type_ is INT else default, low, high, block.first("DESC")
+        block.first("PARAM"), type_, int(default) if type_ in (INT, UINT) else default, low, high, block.first("DESC")
     )
 
 

@@ -19,7 +19,7 @@ from passgraph.graph.calls import PixelKernel
 from passgraph.graph.targets import Relative, Target, TargetSpec, previous, target
 from passgraph.language.types import VEC4
 from passgraph.reading import parsed_json
-from passgraph.shaders.containers.clock import PRELUDE, clock_parameters, clock_uniforms
+from passgraph.shaders.containers.clock import PRELUDE, SECONDS, clock_parameters, clock_uniforms
 from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of, notes_of, without_comments
 from passgraph.shaders.containers.shader_images import handle_or_black, shown_with_kept
 from passgraph.shaders.containers.signals import KINDS, SIGNALS, declared_signals, signal
@@ -29,17 +29,15 @@ MAX_PASSES = 8
 _BEFORE = f"""{PRELUDE}
 uniform vec4 iMouse;
 {"".join(f"uniform sampler2D {channel};" for channel in CHANNELS)}
-#define iResolution vec3(pg_output_size, 1.0)
-#define iTime pg_seconds
-#define iGlobalTime pg_seconds
-#define iTimeDelta pg_step
-#define iFrame pg_frame
-#define iFrameRate (1.0 / pg_step)
-#define iDate pg_date
-#define iSampleRate 44100.0
 float iChannelTime[4];
 vec3 iChannelResolution[4];
 """
+#: Values that the site sets; it counts months from 0.
+_VALUES = {
+    "iResolution": "vec3(pg_output_size, 1.0)", "iTime": SECONDS, "iGlobalTime": SECONDS, "iTimeDelta": "pg_step",
+    "iFrame": "pg_frame", "iFrameRate": "1.0 / pg_step", "iDate": "pg_date - vec4(0.0, 1.0, 0.0, 0.0)",
+    "iSampleRate": "44100.0",
+}  # fmt: skip
 _BORDERS = {"clamp": "clamp", "repeat": "repeat"}
 #: Filters of a channel, with True for mipmaps.
 _FILTERS = {"nearest": ("nearest", False), "linear": ("linear", False), "mipmap": ("linear", True)}
@@ -204,6 +202,7 @@ def _effect(
         shader = parse(
             code, name=name_of(path) if not several else f"{name_of(path)} {name}", file=f"{path} ({name})" if several
             else str(path), entry="pg_main", prelude=_BEFORE + common + "\n", postlude=_behind(code + common),
+            values=_VALUES,
         )  # fmt: skip
         shaders.append(shader)
         passes.append(_Pass(name, PixelKernel[Target].of_shader(shader), channels))
@@ -241,7 +240,8 @@ def _behind(text: str) -> str:
         reads_size = re.search(rf"\biChannelResolution\s*\[\s*{i}\s*\]", text) is not None
         if reads_size or ("iChannelResolution" in text and re.search(rf"\b{name}\b", text)):
             sizes += f"iChannelResolution[{i}] = vec3(textureSize({name}, 0), 1.0); "
-    return f"void pg_main() {{ {sizes}vec4 c = vec4(0.0); mainImage(c, gl_FragCoord.xy); gl_FragColor = c; }}"
+    drawn = "vec4 pg_color = vec4(0.0); mainImage(pg_color, gl_FragCoord.xy); gl_FragColor = pg_color;"
+    return f"void pg_main() {{ {sizes}{drawn} }}"
 
 
 def _built(passes: list[_Pass], pictures: Mapping[str, Target], values: Mapping[str, Any], into: TargetSpec) -> Target:
