@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import os
 import stat
+import sys
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -26,7 +27,6 @@ FOLDER_BYTES = 256 * 1024**2
 #: Most links followed in one path, as on Linux.
 MAX_LINKS = 40
 _OTHERS = stat.S_IWGRP | stat.S_IWOTH
-_POSIX = os.name == "posix"
 _FOLDER_FLAGS = os.O_RDONLY | getattr(os, "O_DIRECTORY", 0) | getattr(os, "O_NOFOLLOW", 0)
 #: Opening a pipe must not block; non-regular files are detected after opening.
 _FILE_FLAGS = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
@@ -62,7 +62,7 @@ def cache_folder(part: str, make: bool = True) -> Iterator[int | None]:
     """
     path = cache_path(part)
     try:
-        if not _POSIX:
+        if sys.platform == "win32":
             if make:
                 path.mkdir(parents=True, exist_ok=True)
             folder = None
@@ -117,9 +117,16 @@ def _link(name: str, folder: int) -> str | None:
         return None
     if not stat.S_ISLNK(status.st_mode):
         return None
-    if status.st_uid not in (0, os.getuid()):
+    if status.st_uid not in (0, _user()):
         raise BackendError(f"the link {name!r} on the way to the cache folder belongs to another user: {_mend()}")
     return os.readlink(name, dir_fd=folder)
+
+
+def _user() -> int:
+    """Return the number of this user; on Windows, where users have none, 0, as `os.stat` says of every file there."""
+    if sys.platform == "win32":
+        return 0
+    return os.getuid()
 
 
 def _open_child(name: str, folder: int, make: bool) -> int:
@@ -137,7 +144,7 @@ def _check_ancestor(status: os.stat_result, way: str) -> None:
     """Raise BackendError if another user owns the folder, or can write to it without a sticky bit."""
     mode = status.st_mode
     open_to_others = mode & stat.S_IWOTH or (mode & stat.S_IWGRP and not _private_group(status.st_gid))
-    if status.st_uid not in (0, os.getuid()) or (open_to_others and not mode & stat.S_ISVTX):
+    if status.st_uid not in (0, _user()) or (open_to_others and not mode & stat.S_ISVTX):
         raise BackendError(
             f"the folder {way} on the way to the cache folder belongs to another user or others may write to it: "
             f"{_mend()}"
@@ -145,7 +152,7 @@ def _check_ancestor(status: os.stat_result, way: str) -> None:
 
 
 def _check_own(status: os.stat_result, way: str) -> None:
-    if status.st_uid != os.getuid() or status.st_mode & _OTHERS:
+    if status.st_uid != _user() or status.st_mode & _OTHERS:
         raise BackendError(
             f"the cache folder {way} belongs to another user or others may write to it; "
             f"it holds code that is run: mend it (chmod 700) or name another one in {CACHE_VARIABLE}"
@@ -159,11 +166,13 @@ def _mend() -> str:
 @cache
 def _private_group(group: int) -> bool:
     """Return True if a group is this user's alone; many systems give each user a group of the same name."""
+    if sys.platform == "win32":
+        return False
     import grp
     import pwd
 
     try:
-        user, found = pwd.getpwuid(os.getuid()).pw_name, grp.getgrgid(group)
+        user, found = pwd.getpwuid(_user()).pw_name, grp.getgrgid(group)
     except KeyError:
         return False
     return found.gr_name == user and set(found.gr_mem) <= {user}
@@ -215,7 +224,7 @@ def _read(name: str, folder: int | None) -> bytes:
         status = os.fstat(file.fileno())
         if not stat.S_ISREG(status.st_mode) or status.st_size > FOLDER_BYTES:
             return b""
-        if _POSIX and (status.st_uid != os.getuid() or status.st_mode & _OTHERS):
+        if sys.platform != "win32" and (status.st_uid != _user() or status.st_mode & _OTHERS):
             return b""
         return file.read()
 

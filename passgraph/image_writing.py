@@ -14,9 +14,10 @@ import errno
 import os
 import shutil
 import struct
+import sys
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
@@ -140,10 +141,10 @@ def _scratch_file(most: int) -> Iterator[tuple[Path, bool]]:
     Raises OSError where the process may not write that many bytes to a file (``ulimit -f``): the limit holds for files
     in memory too, and writing beyond it would fail inside the library.
     """
-    try:
-        handle = os.memfd_create("passgraph", os.MFD_CLOEXEC)
-    except (AttributeError, OSError):  # other systems; sandboxes that forbid the call
-        handle = -1
+    handle = -1
+    if sys.platform == "linux":
+        with suppress(AttributeError, OSError):  # C libraries without the call; sandboxes that forbid it
+            handle = os.memfd_create("passgraph", os.MFD_CLOEXEC)
     memory = Path(f"/proc/self/fd/{handle}")
     if handle >= 0 and memory.exists():
         try:

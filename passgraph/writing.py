@@ -17,6 +17,7 @@ import re
 import secrets
 import shutil
 import stat
+import sys
 import tempfile
 from collections.abc import Mapping
 from contextlib import ExitStack, suppress
@@ -252,7 +253,7 @@ def _machine() -> str:
 
 def _sweep(folder: Path) -> None:
     """Remove temporary files of this user's dead processes on this machine, once per process and folder."""
-    if folder in _swept or os.name != "posix":  # elsewhere os.kill would end the process
+    if folder in _swept or sys.platform == "win32":  # there, os.kill would end the process
         return
     _swept.add(folder)
     with suppress(OSError), os.scandir(folder) as entries:

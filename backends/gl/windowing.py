@@ -5,8 +5,9 @@ from __future__ import annotations
 import atexit
 import ctypes
 import os
+import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeAlias
 
@@ -312,9 +313,8 @@ class Glx:
 
 def loaded_glx() -> Glx | None:
     """Return GLX if this process has already loaded it; it is never loaded here."""
-    for name in _GLX_LIBRARIES:
-        try:
-            return Glx(ctypes.CDLL(name, mode=os.RTLD_NOLOAD | os.RTLD_LAZY))
-        except (OSError, AttributeError):
-            continue
+    if sys.platform != "win32":
+        for name in _GLX_LIBRARIES:
+            with suppress(OSError, AttributeError):
+                return Glx(ctypes.CDLL(name, mode=os.RTLD_NOLOAD | os.RTLD_LAZY))
     return None
