@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+from click.shell_completion import CompletionItem
 
 from passgraph.commands.clips import (
     Writing,
@@ -123,6 +124,9 @@ video_options = together(
 class _Effects(click.Group):
     def list_commands(self, ctx: click.Context) -> list[str]:
         return [effect.name for effect in EFFECTS.values() if effect.takes.startswith("picture")]
+
+    def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
+        return super().shell_complete(ctx, incomplete) or [CompletionItem(incomplete, type="file")]
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List the commands like click, without importing each effect."""

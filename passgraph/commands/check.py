@@ -30,7 +30,7 @@ from passgraph.commands.input_values import (
     written_value,
 )
 from passgraph.commands.named import named_graphs
-from passgraph.commands.options import SizeType, backends_option
+from passgraph.commands.options import SizeType, backends_option, complete_effect
 from passgraph.commands.running import progress
 from passgraph.commands.tables import marked, show_table
 from passgraph.commands.verdicts import (
@@ -226,7 +226,7 @@ class Golden:
 
 
 @click.command()
-@click.argument("file", metavar="FILE[:NAME]|EFFECT")
+@click.argument("file", metavar="FILE[:NAME]|EFFECT", shell_complete=complete_effect)
 @click.option(
     "--input", "-i", "inputs", multiple=True, type=InputType(), help="Picture of an input.  [default: a generated one]"
 )

@@ -18,6 +18,8 @@ from passgraph.errors import InputError, PassgraphError, on_one_line
 
 #: Environment variable that shows the traceback of unexpected errors.
 TRACEBACK_VARIABLE = "PASSGRAPH_TRACEBACK"
+#: Environment variable by which a shell asks for completions; click's name for this command.
+COMPLETION_VARIABLE = "_PASSGRAPH_COMPLETE"
 #: Threshold of the cyclic garbage collector; raised since the objects that a command loads contain no garbage.
 GARBAGE_AFTER = 100_000
 #: Exit statuses of all commands.
@@ -145,6 +147,8 @@ def _run(arguments: list[str] | None) -> int:
         _drop_output()
         return 141
     except SystemExit as error:
+        if COMPLETION_VARIABLE in os.environ and isinstance(error.code, int):  # click ends so after its suggestions
+            return error.code
         # Of a broken pipe, click and rich make an exit, and see to it that Python reports nothing at its end.
         if isinstance(error.__context__, BrokenPipeError) or "PacifyFlushWrapper" in type(sys.stdout).__name__:
             return 141

@@ -22,6 +22,7 @@ from passgraph.commands.command_graph import (
 from passgraph.commands.named import KernelEffect
 from passgraph.commands.options import (
     EffectCommand,
+    complete_effect,
     effect_option,
     given_parameters,
     math_option,
@@ -62,7 +63,9 @@ class _Export(EffectCommand):
 
 
 @click.command(cls=_Export)
-@click.argument("inputs", metavar="[INPUT...]", nargs=-1, type=click.Path(path_type=Path))
+@click.argument(
+    "inputs", metavar="[INPUT...]", nargs=-1, type=click.Path(path_type=Path), shell_complete=complete_effect
+)
 @effect_option("Effect to export")
 @click.option(
     "--web",

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 from click.core import ParameterSource
+from click.shell_completion import CompletionItem
 
 from passgraph.arguments import near
 from passgraph.commands.named import is_named, named_effect
@@ -71,6 +72,11 @@ class BackendType(click.ParamType[str]):
     """A backend's name, with an optional device after a colon; validated without importing the backend."""
 
     name = "NAME[:DEVICE]"
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        from passgraph.backends.registry import backend_names
+
+        return [CompletionItem(name) for name in backend_names() if name.startswith(incomplete)]
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
         from passgraph.backends.registry import backend_class
@@ -318,12 +324,19 @@ class EffectCommand(click.Command):
                     formatter.write_dl([(effect.name, effect.summary) for effect in effects])
 
 
+def complete_effect(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """Return the names of effects that begin so; without one, the shell completes the name of a file."""
+    names = [name for name in EFFECTS if name.startswith(incomplete)]
+    return [CompletionItem(name) for name in names] or [CompletionItem(incomplete, type="file")]
+
+
 def effect_option(what: str) -> Callable[[Decorated], Decorated]:
     return click.option(
         "--effect",
         "-e",
         metavar="EFFECT|FILE.py[:NAME]",
         expose_value=False,
+        shell_complete=complete_effect,
         help=f"{what}: an effect by name, or one (or a kernel) of a file of yours; the first argument may name it too.",
     )
 

@@ -18,6 +18,7 @@ from passgraph.commands.options import (
     backend_option,
     capture_option,
     check_finite_option,
+    complete_effect,
     given_parameters,
     math_option,
     profile_option,
@@ -157,7 +158,7 @@ class RenderCommand(EffectCommand):
 
 
 @click.command(cls=RenderCommand)
-@click.argument("scene", required=False, type=click.Path(path_type=Path))
+@click.argument("scene", required=False, type=click.Path(path_type=Path), shell_complete=complete_effect)
 @click.option("--effect", "-e", default="soft-shadow", show_default=True, help="Effect that renders the scene.")
 @backend_option
 @math_option

@@ -24,7 +24,7 @@ from passgraph.commands.command_graph import (
 )
 from passgraph.commands.input_values import written_value
 from passgraph.commands.named import file_and_name, named_effect
-from passgraph.commands.options import backend_option, flag_of, size_option
+from passgraph.commands.options import backend_option, complete_effect, flag_of, size_option
 from passgraph.commands.sound import audio_picture, open_audio, split_sound
 from passgraph.effects.effect_table import Effect
 from passgraph.errors import InputError
@@ -182,8 +182,8 @@ class Frames:
 
 
 @click.command()
-@click.argument("effect", metavar="EFFECT|FILE[:NAME]")
-@click.argument("inputs", metavar="[INPUT...]", nargs=-1)
+@click.argument("effect", metavar="EFFECT|FILE[:NAME]", shell_complete=complete_effect)
+@click.argument("inputs", metavar="[INPUT...]", nargs=-1, type=click.Path())
 @backend_option
 @size_option(RENDER_SIZE)
 @click.option(
