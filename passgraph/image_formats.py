@@ -150,7 +150,8 @@ class Metadata:
         ((('Make', 'string', 'a camera'),), 'lin_ap1_scene')
         """
         if isinstance(space, Recoded):
-            space = space.of(self.gamut)
+            # Frames of HDR video are decoded as sRGB too, which makes no light.
+            space = space.of("" if ColorSpace("", self.space).transfer in ("pq", "hlg") else self.gamut)
         kept = tuple(entry for entry in self.entries if entry[0] not in _COLOR_ENTRIES)
         return replace(self, entries=kept, space=space.interop or NO_TAGS)
 

@@ -95,7 +95,7 @@ class Video:
     matrix, colour_range, primaries, transfer : color tags of the file, as in libavutil; `ToVideo` keeps them
     picture_metadata : those of pictures that are made of its frames
     is_interlaced : True if a frame is two fields; they are read as one picture, with a warning
-    chroma : where samples of subsampled chroma lie, such as "left"; None until the first frame is decoded
+    chroma : where samples of subsampled chroma lie, such as "left"
     hdr, is_turned : HDR10's static metadata, and True if frames are turned by 90°, from the first frame on
     deep, has_alpha, has_chroma : True if it has more than 8 bits, alpha, and colors as Y'CbCr
 
@@ -133,7 +133,8 @@ class Video:
             self._alpha_decoder = _ALPHA_DECODERS.get(self.codec) if stream.metadata.get("alpha_mode") == "1" else None
             if self._alpha_decoder is not None:
                 self.has_alpha, self.format = True, "yuva420p"
-            self.chroma: str | None = None
+            matrix, colour_range = stated(self.matrix, self.colour_range, self.format, context.height)
+            self.chroma = location_of(stream, self.codec, colour_range == FULL, matrix)
             self.hdr, self.is_turned = HdrMetadata(), False
 
     @property
@@ -170,8 +171,7 @@ class Video:
                     continue
                 if frame.pts is not None:
                     position.end = max(position.end, (frame.pts - self.start) * self.time_base)
-                if self.chroma is None:
-                    self.chroma = self._chroma_of(frame, container.format.name)
+                if number == 1:
                     self.hdr, self.is_turned = HdrMetadata.of(frame), _is_quarter(_display_matrix(frame))
                 metadata = {"pts": frame.pts, "time_base": self.time_base}
                 yield Frame(number, name, partial(self._picture, name, frame, conversion), metadata)
@@ -207,10 +207,6 @@ class Video:
             for frame in frames:
                 yield "is damaged (the decoder made up a part of it)" if frame.is_corrupt else frame
 
-    def _chroma_of(self, frame: VideoFrame, container: str) -> str:
-        is_full = stated(frame.colorspace, frame.color_range, frame.format.name, frame.height)[1] == FULL
-        return location_of(frame, self.codec, container, is_full)
-
     def _check_end(self, position: _Position) -> None:
         """Raise InputError for a truncated file; decoders stop there without an error."""
         mismatch = "it ends in the middle of a packet" if position.is_cut else ""
@@ -226,7 +222,7 @@ class Video:
         matrix, colour_range = stated(frame.colorspace, frame.color_range, frame.format.name, frame.height)
         frame.colorspace, frame.color_range = matrix, colour_range
         try:
-            pixels = conversion.pixels(frame, self.deep, self.chroma or "center")
+            pixels = conversion.pixels(frame, self.deep, self.chroma)
         except import_av(self.path).error.FFmpegError as error:
             raise InputError(
                 f"{name}: its colours cannot be read ({reason(error)}): pixel format {frame.format.name}, matrix "

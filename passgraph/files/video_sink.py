@@ -253,7 +253,9 @@ class ToVideo(Film):
             self._format = self._pixel_format(*size)
             self._coding = coding = self._coding_of(*size)
             source = self._video.chroma if self._video is not None and self._video.has_chroma else None
-            self._chroma = location_to_write(self._encoder.name, source, coding.colour_range == FULL, coding.matrix)
+            self._chroma = location_to_write(
+                self._encoder.name, self.path.suffix.lower(), source, coding.colour_range == FULL, coding.matrix
+            )
         self._check_size(frame, size)
         deep = self._video is not None and self._video.deep
         return np.dtype(np.uint16 if deep else np.uint8)

@@ -19,7 +19,7 @@ from passgraph.files.video_pixels import Conversion
 av: Any = pytest.importorskip("av")
 SIDE = 64
 #: Where sample 0 of chroma lies, in luma samples across and down.
-PLACES = {"left": (0.0, 0.5), "center": (0.5, 0.5), "topleft": (0.0, 0.0), "top": (0.5, 0.0), "bottomleft": (0.0, 1.0)}
+PLACES = {"left": (0.0, 0.5), "center": (0.5, 0.5), "topleft": (0.0, 0.0), "top": (0.5, 0.0)}
 #: Change of the ramps from one luma sample to the next, of 255.
 STEP = 2
 LUMA = 120
@@ -98,7 +98,6 @@ READ: dict[str, tuple[Any, ...]] = {
     "H.264, center": ("libx264", ".mp4", "yuv420p", "center", "center"),
     "H.264, top left": ("libx264", ".mp4", "yuv420p", "topleft", "topleft"),
     "H.264, top": ("libx264", ".mkv", "yuv420p", "top", "top"),
-    "H.264, bottom left": ("libx264", ".mkv", "yuv420p", "bottomleft", "bottomleft"),
     "H.264, 4:2:2": ("libx264", ".mkv", "yuv422p", "left"),
     "H.264, full": ("libx264", ".mkv", "yuv420p", "left", "", 1, True),
     "H.264, 10 bits": ("libx264", ".mkv", "yuv420p10le", "topleft", "topleft"),
@@ -109,6 +108,9 @@ READ: dict[str, tuple[Any, ...]] = {
     "VP8": ("libvpx", ".webm", "yuv420p", "center", "", 5),
     "FFV1": ("ffv1", ".mkv", "yuv420p", "left"),
     "FFV1, said": ("ffv1", ".mkv", "yuv420p", "topleft", "topleft"),
+    "FFV1, said center": ("ffv1", ".mkv", "yuv420p", "center", "center"),
+    "VP9": ("libvpx-vp9", ".webm", "yuv420p", "left"),
+    "VP9, said center": ("libvpx-vp9", ".webm", "yuv420p", "center", "center"),
     "FFV1, full": ("ffv1", ".mkv", "yuv420p", "center", "", 1, True),
     "FFV1, BT.2020": ("ffv1", ".mkv", "yuv420p10le", "topleft", "", 9),
     "FFV1, 4:1:1": ("ffv1", ".mkv", "yuv411p", "left"),
@@ -155,10 +157,11 @@ WRITTEN: dict[str, tuple[tuple[Any, ...], str, str, str]] = {
     "center kept": (READ["H.264, center"], "libx264", ".mkv", "center"),
     "to H.265": (READ["H.264, top left"], "libx265", ".mkv", "topleft"),
     "to MPEG-2": (READ["H.264, top left"], "mpeg2video", ".mkv", "left"),
-    "to FFV1": (READ["H.264, center"], "ffv1", ".mkv", "left"),
+    "to FFV1": (READ["H.264, center"], "ffv1", ".mkv", "center"),
     "to Motion JPEG": (READ["H.264"], "mjpeg", ".mov", "center"),
     "to VP8": (READ["H.264"], "libvpx", ".webm", "center"),
-    "to VP9": (READ["H.264, center"], "libvpx-vp9", ".webm", "left"),
+    "to VP9": (READ["H.264, center"], "libvpx-vp9", ".webm", "center"),
+    "to VP9 in MP4": (READ["H.264, center"], "libvpx-vp9", ".mp4", "left"),
     "HDR": (READ["H.265, HDR"], "libx265", ".mp4", "topleft"),
     "HDR to FFV1": (READ["H.265, HDR"], "ffv1", ".mkv", "topleft"),
     "4:2:2": (READ["H.264, 4:2:2"], "libx264", ".mkv", "left"),

@@ -260,6 +260,8 @@ def test_pictures_and_videos_tag_each_other(tmp_path: Path) -> None:
         assert run(["apply", *COPY, str(made), "-o", name]) == 0
     assert tags(tmp_path / "b.1.png") == {"cICP": (9, 16, 0, 1)}
     assert tags(tmp_path / "b.1.exr") == {"colorInteropID": "pq_rec2020_display"}
+    assert run(["apply", "cas", str(made), "-o", "e.%d.exr"]) == 0  # decoded by the curve of sRGB
+    assert tags(tmp_path / "e.1.exr") == {}
     for number in (1, 2):
         Image.new("RGB", (64, 48)).save(tmp_path / "c.png")
         data = (tmp_path / "c.png").read_bytes()
