@@ -29,7 +29,7 @@ from passgraph.image_writing import encoded_image, write_image
 from passgraph.quantise import check_no_nan, quantised
 from passgraph.reading import check_regular, read_bytes
 from passgraph.srgb import linear_to_srgb, srgb_to_linear
-from passgraph.writing import NewFile
+from passgraph.writing import NewFile, unwritable
 
 Picture = NDArray[np.float32]
 Stored = NDArray[Any]  # (h, w, 4) uint8, uint16 or float32
@@ -410,8 +410,11 @@ def viewable(picture: Picture) -> tuple[Picture, str]:
 
 def encode_png(file: Path, pixels: Stored) -> bytes:
     """Return uint8 or uint16 pixels as PNG bytes; ``file`` is the name in messages."""
-    with encoded_image(file, pixels, WRITABLE[".png"], Metadata()) as content:
-        return content.read()
+    try:
+        with encoded_image(file, pixels, WRITABLE[".png"], Metadata()) as content:
+            return content.read()
+    except OSError as error:
+        raise unwritable(file, error) from error
 
 
 def format_of_suffix(file: Path) -> WritableFormat:

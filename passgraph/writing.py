@@ -187,8 +187,11 @@ def write_files(folder: Path, contents: Mapping[str, bytes]) -> None:
     with ExitStack() as unfinished:
         new_files = [unfinished.enter_context(NewFile(folder / name)) for name in contents]
         for new_file, content in zip(new_files, contents.values(), strict=True):
-            new_file.temporary.write_bytes(content)
-            new_file.flush()
+            try:
+                new_file.temporary.write_bytes(content)
+                new_file.flush()
+            except OSError as error:
+                raise unwritable(new_file.target, error) from error
         new_files[-1].target.unlink(missing_ok=True)
         for new_file in new_files:
             new_file.rename()

@@ -5,17 +5,20 @@ from __future__ import annotations
 import errno
 import json
 import os
+import resource
 import shutil
 import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import passgraph as pg
 from passgraph import image_writing, writing
 from passgraph.image_formats import WRITABLE
-from tests.writers import ALL, WRITERS, picture_of
+from passgraph.pictures import encode_png
+from tests.writers import ALL, WRITERS, limited, picture_of
 
 Problems = dict[str, str]
 
@@ -67,6 +70,25 @@ def test_a_full_file_system(tmp_path: Path) -> None:
     if not shutil.which("unshare") or subprocess.run([*mounted, "true"], capture_output=True).returncode:
         pytest.skip("no right to mount a tmpfs; the limit on a file's size stands for it")
     assert problems("full_tmpfs", tmp_path, *mounted) == dict.fromkeys(ALL, "")
+
+
+def test_the_file_of_a_folder_that_fails_is_named(tmp_path: Path) -> None:
+    contents = {"a.bin": bytes(10), "b.bin": bytes(1000), "c.json": b"{}"}
+    with limited(resource.RLIMIT_FSIZE, 500), pytest.raises(pg.InputError, match=r"b\.bin: cannot be written \(File"):
+        writing.write_files(tmp_path, contents)
+    assert not list(tmp_path.iterdir())
+    writing.write_files(tmp_path, contents)
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == contents
+
+
+def test_a_picture_of_an_export_that_cannot_be_encoded_is_named() -> None:
+    pixels = np.zeros((48, 64, 4), np.uint8)
+    with (
+        limited(resource.RLIMIT_FSIZE, 500),
+        pytest.raises(pg.InputError, match=r"frame\.png: cannot be written \(File"),
+    ):
+        encode_png(Path("frame.png"), pixels)
+    assert encode_png(Path("frame.png"), pixels)[:4] == b"\x89PNG"
 
 
 # Systems without files in memory
