@@ -27,7 +27,8 @@ def signature(function: Callable[..., Any]) -> inspect.Signature:
         import annotationlib
 
         return inspect.signature(function, annotation_format=annotationlib.Format.FORWARDREF)
-    return inspect.signature(function)
+    else:  # without it mypy finds a statement that cannot be reached
+        return inspect.signature(function)
 
 
 def wraps(function: Callable[..., Any]) -> Callable[[Callable[P, R]], Callable[P, R]]:

@@ -38,6 +38,7 @@ FLOATS = (0.0, -0.0, 0.5, -0.75, 1.0, 3.0, -7.5, 1e-40, 16_777_217.0, 2147483520
 OF_INTS = ("add", "sub", "mul", "min", "max", "floor_divide", "int_mod", "bit_and", "bit_or", "bit_xor", "shift_left",
            "shift_right")  # fmt: skip
 OF_FLOATS = ("add", "sub", "mul", "min", "max")
+SLOTS = {"int": s.UniformSlot("int", INT, "int", 0, 4), "float": s.UniformSlot("float", FLOAT, "float", 0, 4)}
 ALONE = {"int": ("neg", "abs"), "float": ("neg", "abs", "floor", "ceil", "trunc", "round")}
 
 
@@ -47,8 +48,7 @@ class Drawn:
     def __init__(self, seed: int) -> None:
         self.random, self.emitter = random.Random(seed), Emitter()
         self.values: dict[str, list[s.Operand]] = {
-            "int": [self.emitter.uniform("int", s.Lit("int", i)) for i in range(4)],
-            "float": [self.emitter.uniform("float", s.Lit("int", i)) for i in range(4)],
+            kind: [self.emitter.uniform(slot, s.Lit("int", i)) for i in range(4)] for kind, slot in SLOTS.items()
         }
         index = self.emitter.fresh("int")
         self.emitter.ranges[index.id] = (-3, 12)
@@ -80,8 +80,7 @@ class Drawn:
 
     def program(self) -> s.ScalarProgram:
         body = (*self.emitter.blocks[0], s.For(self.index, -3, 13, 1, tuple(self.emitter.blocks[1])))
-        slots = tuple(s.UniformSlot(kind, t, kind, 0, 4) for kind, t in (("int", INT), ("float", FLOAT)))
-        return s.ScalarProgram("k", "pixel", body, (), None, (), slots, (), (), ())
+        return s.ScalarProgram("k", "pixel", body, (), None, (), tuple(SLOTS.values()), (), (), ())
 
 
 class Watching(Evaluator):
@@ -116,7 +115,7 @@ def test_every_value_lies_within_its_bounds(seed: int) -> None:
 def test_ints_lie_no_farther_apart_than_is_said(seed: int) -> None:
     """Sums of a place and small numbers: what they have in common falls out of their difference."""
     r, e = random.Random(seed), Emitter()
-    places = [e.uniform("int", s.Lit("int", i)) for i in range(3)]
+    places = [e.uniform(SLOTS["int"], s.Lit("int", i)) for i in range(3)]
 
     def near(place: s.Operand) -> s.Operand:
         made = place
@@ -127,10 +126,9 @@ def test_ints_lie_no_farther_apart_than_is_said(seed: int) -> None:
         return made
 
     pairs = [(near(places[0]), near(places[r.choice((0, 0, 0, 1))])) for _ in range(6)]
-    slots = (s.UniformSlot("int", INT, "int", 0, 3),)
-    program = s.ScalarProgram("k", "pixel", tuple(e.blocks[0]), (), None, (), slots, (), (), ())
+    program = s.ScalarProgram("k", "pixel", tuple(e.blocks[0]), (), None, (), (SLOTS["int"],), (), (), ())
     for _ in range(8):
-        held = Evaluator(program, 1, None, int=np.array([r.choice(INTS) for _ in range(3)], np.int32))
+        held = Evaluator(program, 1, None, int=np.array([r.choice(INTS) for _ in range(4)], np.int32))
         for high, low in pairs:
             assert int(held.get(high)[0]) - int(held.get(low)[0]) <= e.bounds.apart(high, low)
 
@@ -138,7 +136,7 @@ def test_ints_lie_no_farther_apart_than_is_said(seed: int) -> None:
 def test_bounds_say_as_much_as_they_can() -> None:
     """Otherwise loops are refused that end."""
     e = Emitter()
-    n, x = e.uniform("int", s.Lit("int", 0)), e.uniform("float", s.Lit("int", 0))
+    n, x = (e.uniform(SLOTS[kind], s.Lit("int", 0)) for kind in ("int", "float"))
 
     def lit(value: float) -> s.Lit:
         return s.Lit("int" if isinstance(value, int) else "float", value)
