@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import errno
 import os
+import re
 import shutil
 import struct
 import sys
@@ -39,6 +40,9 @@ _SYSTEM_ERRORS = (
 )  # fmt: skip
 #: Formats that store exactly the pixels that are written, with these settings.
 _EXACT = ("png", "tiff", "openexr", "bmp", "targa", "pnm", "dpx", "webp")
+#: Types of metadata that OpenImageIO 3.2.2 drops when Python sets them, without an error, and what holds their numbers.
+_STORED_AS = {"int8": "int", "int16": "int", "uint16": "int", "half": "float", "double": "float"}
+_BASE_TYPE = re.compile(r"(\w+)(.*)", re.DOTALL)
 #: Last bytes of formats whose readers accept files without them (PNG 1.2, section 3.4; ITU-T T.81, B.1.1.3).
 _ENDS = {"png": b"IEND\xaeB`\x82", "jpeg": b"\xff\xd9"}
 
@@ -87,7 +91,8 @@ def image_spec(shape: tuple[int, ...], dtype: np.dtype[Any], metadata: Metadata,
     if channels == 2:
         spec.channelnames, spec.alpha_channel = ("Y", "A"), 1
     for name, type_, value in metadata.attributes_for(writer):
-        spec.attribute(name, type_, value)
+        base, count = _BASE_TYPE.fullmatch(type_).groups()  # type: ignore[union-attr]
+        spec.attribute(name, _STORED_AS.get(base, base) + count, value)
     return spec
 
 

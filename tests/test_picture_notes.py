@@ -8,11 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 from PIL import ExifTags, Image, ImageCms
+from PIL.TiffImagePlugin import IFDRational
 
 import passgraph as pg
 from passgraph.commands.entry import run
 from passgraph.files import Pictures, ToPictures
 from passgraph.files.names import Pattern
+from passgraph.image_formats import Metadata
+from passgraph.image_writing import image_spec
 
 PROFILE = ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes()
 COLOURS = np.linspace(0, 255, 4 * 6 * 3).astype(np.uint8).reshape(4, 6, 3)
@@ -50,6 +53,42 @@ def test_the_profile_of_gray_is_not_one_of_colours(tmp_path: Path) -> None:
     pg.save(tmp_path / "b.png", COLOURS, like=tmp_path / "a.png")
     with Image.open(tmp_path / "b.png") as made:
         assert "icc_profile" not in made.info
+
+
+#: EXIF tags of cameras: whole numbers, fractions and texts.
+CAMERA_TAGS: dict[int, Any] = {
+    ExifTags.Base.ISOSpeedRatings: 400, ExifTags.Base.ExposureProgram: 2, ExifTags.Base.MeteringMode: 5,
+    ExifTags.Base.Flash: 16, ExifTags.Base.WhiteBalance: 1, ExifTags.Base.FocalLengthIn35mmFilm: 75,
+    ExifTags.Base.FNumber: IFDRational(28, 10), ExifTags.Base.FocalLength: IFDRational(50),
+    ExifTags.Base.OffsetTime: "+01:00", ExifTags.Base.LensModel: "a lens",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("name", "lost"), [("out.png", "LensModel"), ("out.jpg", "LensModel"), ("out.tif", "ISOSpeedRatings")]
+)
+def test_exif_of_cameras_goes_along(tmp_path: Path, name: str, lost: str) -> None:
+    """All but what OpenImageIO 3.2 does not write into such a file."""
+    exif = Image.Exif()
+    exif.get_ifd(ExifTags.IFD.Exif).update(CAMERA_TAGS)
+    pg.save(tmp_path / name, COLOURS, like=photo(tmp_path / "a.jpg", exif=exif))
+    with Image.open(tmp_path / name) as made:
+        kept = made.getexif().get_ifd(ExifTags.IFD.Exif)
+    for tag, value in CAMERA_TAGS.items():
+        expected = None if tag == ExifTags.Base[lost] else value
+        found = kept.get(tag)
+        assert found == (pytest.approx(float(value)) if isinstance(expected, IFDRational) else expected), ExifTags.TAGS[
+            tag
+        ]
+
+
+@pytest.mark.parametrize(
+    ("type_", "value"),
+    [("int8", -1), ("uint16", 65535), ("int16", -2), ("half", 0.5), ("double", 0.1), ("uint16[2]", (1, 2))],
+)
+def test_types_of_metadata_that_the_library_drops_are_kept(type_: str, value: object) -> None:
+    spec = image_spec((1, 1, 3), np.dtype(np.uint8), Metadata((("a", type_, value),)), "tiff")
+    assert spec.getattribute("a") == pytest.approx(value)
 
 
 @pytest.mark.parametrize("name", ["out.png", "out.jpg"])
