@@ -1,241 +1,18 @@
-"""The preprocessor: directives, conditions of ``#if``, macros and their expansion."""
+"""The preprocessor: directives, files, and the tokens of active lines."""
 
 from __future__ import annotations
 
 import posixpath
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
-from passgraph.cached import cached_property
 from passgraph.errors import KernelError
+from passgraph.glsl.conditions import holds
+from passgraph.glsl.macros import PREDEFINED, Expander, Macro
 from passgraph.glsl.tokens import MAX_CHARACTERS, Token, token_lines
-from passgraph.language.source import Span, fail
-
-#: Most nested parentheses and signs.
-MAX_DEPTH = 40
-
-_BINARY: tuple[dict[str, Callable[[int, int], int]], ...] = (
-    {"||": lambda a, b: int(bool(a) or bool(b))},
-    {"&&": lambda a, b: int(bool(a) and bool(b))},
-    {"|": lambda a, b: a | b},
-    {"^": lambda a, b: a ^ b},
-    {"&": lambda a, b: a & b},
-    {"==": lambda a, b: int(a == b), "!=": lambda a, b: int(a != b)},
-    {"<": lambda a, b: int(a < b), ">": lambda a, b: int(a > b), "<=": lambda a, b: int(a <= b),
-     ">=": lambda a, b: int(a >= b)},
-    {"<<": lambda a, b: a << (b & 63), ">>": lambda a, b: a >> (b & 63)},
-    {"+": lambda a, b: a + b, "-": lambda a, b: a - b},
-    {"*": lambda a, b: a * b, "/": lambda a, b: _quotient(a, b), "%": lambda a, b: a - b * _quotient(a, b)},
-)  # fmt: skip
-_UNARY: dict[str, Callable[[int], int]] = {
-    "!": lambda a: int(not a),
-    "-": lambda a: -a,
-    "+": lambda a: a,
-    "~": lambda a: ~a,
-}
-
-
-def _quotient(a: int, b: int) -> int:
-    """Divide, rounding toward zero; x / 0 is 0, since both sides of ``defined(A) && 1 / A`` are evaluated."""
-    if not b:
-        return 0
-    return abs(a) // abs(b) * (1 if (a < 0) == (b < 0) else -1)
-
-
-def holds(tokens: Sequence[Token], span: Span) -> bool:
-    """Return the value of a condition with macros expanded; remaining names are 0."""
-    reader = _Reader(tokens, span)
-    value = reader.binary(0)
-    if reader.position < len(tokens):
-        fail(tokens[reader.position].span, f"{tokens[reader.position].text!r} is not expected in a condition")
-    return value != 0
-
-
-class _Reader:
-    def __init__(self, tokens: Sequence[Token], span: Span) -> None:
-        self.tokens, self.span, self.position, self.depth = tokens, span, 0, 0
-
-    def _text(self) -> str:
-        return self.tokens[self.position].text if self.position < len(self.tokens) else ""
-
-    def binary(self, level: int) -> int:
-        if level == len(_BINARY):
-            return self._unary()
-        value = self.binary(level + 1)
-        while (sign := self._text()) in _BINARY[level]:
-            self.position += 1
-            value = _wrapped(_BINARY[level][sign](value, self.binary(level + 1)))
-        return value
-
-    def _unary(self) -> int:
-        if self.position == len(self.tokens):
-            fail(self.span, "the condition ends too early")
-        token = self.tokens[self.position]
-        self.position += 1
-        self.depth += 1
-        if self.depth > MAX_DEPTH:
-            fail(token.span, f"the condition nests deeper than {MAX_DEPTH}")
-        if token.text in _UNARY:
-            value = _wrapped(_UNARY[token.text](self._unary()))
-        elif token.text == "(":
-            value = self.binary(0)
-            if self._text() != ")":
-                fail(token.span, "this parenthesis is not closed")
-            self.position += 1
-        elif token.kind == "name":
-            value = 0
-        else:
-            value = _number(token)
-        self.depth -= 1
-        return value
-
-
-def _number(token: Token) -> int:
-    digits = token.text.rstrip("uU")
-    if token.kind != "number" or not (digits.isdigit() or digits[:2] in ("0x", "0X")) or len(digits) > 24:
-        fail(token.span, f"{token.text!r} is not a whole number")
-    octal = digits.isdigit() and digits.startswith("0") and all(d in "01234567" for d in digits)
-    return _wrapped(int(digits, 8 if octal else 10 if digits.isdigit() else 16))
-
-
-def _wrapped(value: int) -> int:
-    return (value + 2**63) % 2**64 - 2**63
-
-
-#: Most tokens from all macros of a shader.
-MAX_EXPANDED = 200_000
-#: Most nested macros.
-MAX_MACRO_DEPTH = 100
-
-
-@dataclass(frozen=True)
-class Macro:
-    """A macro; ``parameters`` is None for one without parentheses."""
-
-    name: str
-    parameters: tuple[str, ...] | None
-    body: tuple[Token, ...]
-
-    @cached_property
-    def joins(self) -> bool:
-        """True if its body has ``##``."""
-        return any(token.text == "##" for token in self.body)
-
-
-class Expander:
-    """Expand macros in a stream of tokens."""
-
-    def __init__(self) -> None:
-        self.macros: dict[str, Macro] = {}
-        self.expanded = 0
-        self._depth = 0  # of nested arguments
-
-    def expand(self, tokens: Iterable[Token]) -> Iterator[Token]:
-        """Yield the tokens with macros replaced; ``tokens`` are read lazily."""
-        source, pending = iter(tokens), []  # type: Iterator[Token], list[Token]
-        while (token := pending.pop() if pending else next(source, None)) is not None:
-            macro = self.macros.get(token.text) if token.kind == "name" else None
-            if macro is None or token.text in token.hidden:
-                yield token
-            elif macro.parameters is None:
-                pending += self._body(macro, {}, token, token.hidden)[::-1]
-            else:
-                following = pending.pop() if pending else next(source, None)
-                if following is None or following.text != "(":
-                    if following is not None:
-                        pending.append(following)
-                    yield token
-                else:
-                    arguments, hidden = self._arguments(macro, token, source, pending)
-                    pending += self._body(macro, arguments, token, token.hidden & hidden)[::-1]
-
-    def _arguments(
-        self, macro: Macro, name: Token, source: Iterator[Token], pending: list[Token]
-    ) -> tuple[dict[str, list[Token]], frozenset[str]]:
-        """Return the macro's arguments by parameter, and the macros that the closing parenthesis came from."""
-        assert macro.parameters is not None
-        arguments: list[list[Token]] = [[]]
-        depth = 1
-        while True:
-            token = pending.pop() if pending else next(source, None)
-            if token is None:
-                fail(name.span, f"the call of macro {name.text} has no closing parenthesis")
-            depth += {"(": 1, ")": -1}.get(token.text, 0)
-            if not depth:
-                break
-            if token.text == "," and depth == 1:
-                arguments.append([])
-            else:
-                arguments[-1].append(token)
-        if arguments == [[]] and not macro.parameters:
-            arguments = []
-        if len(arguments) != len(macro.parameters):
-            fail(name.span, f"macro {name.text} takes {len(macro.parameters)} arguments, got {len(arguments)}")
-        return dict(zip(macro.parameters, arguments, strict=True)), token.hidden
-
-    def _body(
-        self, macro: Macro, arguments: Mapping[str, list[Token]], use: Token, hidden: frozenset[str]
-    ) -> list[Token]:
-        """Return a macro's body with its parameters replaced."""
-        if len(hidden) >= MAX_MACRO_DEPTH:
-            fail(use.span, f"macros nest deeper than {MAX_MACRO_DEPTH}")
-        hidden = hidden | {macro.name}
-        if not arguments and not macro.joins:
-            self._count(len(macro.body) + 1, use.span)
-            return [Token(token.kind, token.text, use.span, token.spaced, hidden) for token in macro.body]
-        body, tokens, ready = macro.body, [], {}  # type: tuple[Token, ...], list[Token], dict[str, list[Token]]
-        i = 0
-        while i < len(body):
-            token = body[i]
-            joined = tokens and i and body[i - 1].text == "##"
-            if token.text == "##" and tokens and i + 1 < len(body):
-                i += 1
-                continue
-            part = [replace(token, span=use.span)]
-            if token.text in arguments and token.kind == "name":
-                is_pasted = joined or (i + 1 < len(body) and body[i + 1].text == "##")
-                if is_pasted:
-                    part = arguments[token.text]
-                else:
-                    if token.text not in ready:
-                        ready[token.text] = self._expanded(arguments[token.text], use.span)
-                    part = ready[token.text]
-            if joined and part:
-                tokens[-1:] = [_glued(tokens[-1], part[0], use.span)]
-                part = part[1:]
-            tokens += part
-            self._count(len(part) + 1, use.span)
-            i += 1
-        both = {frozenset[str](): hidden}  # a cache, since most tokens come from no macro, or from the same ones
-        for token in tokens:
-            if token.hidden not in both:
-                both[token.hidden] = token.hidden | hidden
-        return [Token(t.kind, t.text, t.span, t.spaced, both[t.hidden]) for t in tokens]
-
-    def _expanded(self, argument: list[Token], span: Span) -> list[Token]:
-        """Return an argument with its own macros expanded."""
-        if self._depth >= MAX_MACRO_DEPTH:
-            fail(span, f"macros nest deeper than {MAX_MACRO_DEPTH}")
-        self._depth += 1
-        expanded = list(self.expand(argument))
-        self._depth -= 1
-        return expanded
-
-    def _count(self, tokens: int, span: Span) -> None:
-        self.expanded += tokens
-        if self.expanded > MAX_EXPANDED:
-            fail(span, f"macros bring more than {MAX_EXPANDED} tokens")
-
-
-def _glued(left: Token, right: Token, span: Span) -> Token:
-    """Join ``left ## right`` to one token."""
-    lines = list(token_lines(left.text + right.text, span.file))
-    if len(lines) != 1 or len(lines[0]) != 1:
-        fail(span, f"{left.text} ## {right.text} is not one word")
-    return replace(lines[0][0], span=span, spaced=left.spaced, hidden=left.hidden & right.hidden)
-
+from passgraph.language.source import Span, fail, place_in
 
 #: Most tokens of a shader after macro expansion.
 MAX_TOKENS = 300_000
@@ -245,6 +22,19 @@ MAX_INCLUDE_DEPTH = 32
 MAX_INCLUDES = 1000
 #: Most nested ``#if``.
 MAX_CONDITIONS = 100
+
+#: Extensions whose functions, words and rules are read.
+EXTENSIONS = (
+    "GL_OES_standard_derivatives", "GL_EXT_shader_texture_lod", "GL_ARB_shader_texture_lod", "GL_EXT_draw_buffers",
+    "GL_ARB_draw_buffers", "GL_ARB_texture_rectangle", "GL_ARB_texture_gather", "GL_ARB_texture_query_lod",
+    "GL_ARB_texture_query_levels", "GL_ARB_derivative_control", "GL_ARB_explicit_attrib_location",
+    "GL_ARB_uniform_buffer_object", "GL_ARB_fragment_coord_conventions", "GL_ARB_shader_bit_encoding",
+    "GL_ARB_shading_language_packing", "GL_ARB_arrays_of_arrays", "GL_OES_EGL_image_external",
+)  # fmt: skip
+_BEHAVIORS = ("require", "enable", "warn", "disable")
+#: Numbers of ``#version``, and those of GLSL ES, which takes the word es from 3.00 on.
+_VERSIONS = (110, 120, 130, 140, 150, 330, 400, 410, 420, 430, 440, 450, 460)
+_ES_VERSIONS = (100, 300, 310, 320)
 
 _INCLUDE = re.compile(r"""\s*#\s*include\s*(?:"([^"]+)"|<([^>]+)>)""")
 #: The hint for includes without a suffix, which are three.js's named shader chunks.
@@ -269,11 +59,13 @@ class Preprocessor:
     Attributes
     ----------
     folder : folder for ``#include``; None allows only files in ``included``
+    around : file names of the container's texts, whose macros a shader may define again
     included : the text of each included file, by its path in ``folder``; files that are read are added
     version : the number of ``#version``, or 0
     """
 
     folder: Path | None = None
+    around: Collection[str] = ()
     included: dict[str, str] = field(default_factory=dict)
     version: int = 0
     es: bool = False
@@ -285,9 +77,14 @@ class Preprocessor:
         self._conditions: list[_Condition] = []
         self._files: list[str] = []
         self._once: set[str] = set()
+        self._guards: dict[str, str] = {}  # files that are nothing but #ifndef NAME … #endif, with the names
+        self._own_tokens = 0  # of the shader's text, active lines
+        self._own: dict[str, tuple[Macro, Span]] = {}  # macros of the shader's text, with where they are defined
         self._count = self._includes = 0
         self._room = MAX_CHARACTERS  # characters of files that may still be included
         self.define("GL_FRAGMENT_PRECISION_HIGH")
+        for name in EXTENSIONS:
+            self.define(name)
         self.define("__VERSION__", "110")  # the version of a shader without #version
 
     def define(self, name: str, value: str = "1") -> None:
@@ -318,6 +115,7 @@ class Preprocessor:
             if line[0].text == "#":
                 yield from self._directive(line)
             elif not self._conditions or self._conditions[-1].active:
+                self._own_tokens += 0 if file in self.around else len(line)
                 yield from line
         if len(self._conditions) > within:
             fail(self._conditions[-1].span, "this condition has no #endif")
@@ -333,7 +131,7 @@ class Preprocessor:
         elif name == "define":
             self._define(rest, span)
         elif name == "undef":
-            self._expander.macros.pop(self._name(rest, span), None)
+            self._undefine(rest, span)
         elif name == "include":
             yield from self._include(line)
         elif name == "version":
@@ -341,12 +139,14 @@ class Preprocessor:
         elif name == "error":
             fail(span, "the shader says: " + span.text[span.end_column :].strip())
         elif name == "extension":
-            self.extensions.append(rest[0].text if rest else "")
+            self._extension(rest, span)
         elif name == "pragma":
             if rest and rest[0].text == "once" and self._files:
                 self._once.add(self._files[-1])
             self.pragmas.append((span.text[span.end_column :].strip(), span))
-        elif name != "line":  # #line is ignored: errors show the position in the file
+        elif name == "line":
+            self._line(rest, span)
+        else:
             fail(span, f"there is no directive #{name}")
 
     def _name(self, tokens: list[Token], span: Span) -> str:
@@ -354,11 +154,53 @@ class Preprocessor:
             fail(span, "a name is missing here")
         return tokens[0].text
 
+    @staticmethod
+    def _check_end(tokens: list[Token], what: str) -> None:
+        """Raise KernelError for tokens behind the last one of a directive."""
+        if tokens:
+            fail(tokens[0].span, f"{what} ends before {tokens[0].text!r}; write a comment: // {tokens[0].text}")
+
+    def _line(self, rest: list[Token], span: Span) -> None:
+        """Set the numbers of the next line and of the text for ``__LINE__`` and ``__FILE__``.
+
+        Errors show the position in the file.
+        """
+        numbers = [token.text for token in self._expander.expand(rest)]
+        if '"' in numbers:  # the name of a file, as some tools write it
+            return
+        if not 1 <= len(numbers) <= 2 or not all(re.fullmatch("[0-9]{1,9}", number) for number in numbers):
+            fail(
+                span, f"#line takes the number of the next line, and of the text; got {' '.join(numbers) or 'nothing'}"
+            )
+        line, text = (*map(int, numbers), 0)[:2]
+        # Up to GLSL 1.50 the next line has the number after the given one.
+        after = 1 if not self.es and self.version < 330 else 0
+        self._expander.lines[span.file] = line + after - span.line - 1, text
+
+    def _extension(self, rest: list[Token], span: Span) -> None:
+        texts = [token.text for token in rest]
+        named = len(texts) == 3 and rest[0].kind == "name" and texts[1] == ":"
+        if not named or texts[2] not in _BEHAVIORS or (texts[0] == "all" and texts[2] in ("require", "enable")):
+            got = " ".join(texts) or "nothing"
+            fail(span, f"#extension takes NAME : {' or '.join(_BEHAVIORS)} (all: warn or disable); got {got}")
+        if self.es and self._own_tokens and span.file not in self.around:
+            fail(span, "#extension stands before all declarations and statements in GLSL ES; move it to the top")
+        self.extensions.append(texts[0])
+
     def _version(self, rest: list[Token], span: Span) -> None:
         if not rest or not rest[0].text.isdigit() or len(rest[0].text) > 4:
             fail(span, "#version takes a number, such as #version 330")
-        self.version = int(rest[0].text)
-        self.es = self.version == 100 or any(token.text == "es" for token in rest[1:])
+        version, profile = int(rest[0].text), [token.text for token in rest[1:]]
+        is_es = version in _ES_VERSIONS and profile == (["es"] if version > 100 else profile)
+        if not is_es and (version not in _VERSIONS or profile not in ([], ["core"], ["compatibility"])):
+            said = " ".join(token.text for token in rest)
+            fail(
+                span,
+                f"there is no GLSL {said}; versions are {', '.join(map(str, _VERSIONS))}, 100, 300 es, 310 es, 320 es",
+            )
+        if self._own_tokens and span.file not in self.around:
+            fail(span, "#version stands before everything else in a shader; move it to the top")
+        self.version, self.es = version, is_es
         self.define("__VERSION__", str(self.version))
         if self.es:
             self.define("GL_ES", "1")
@@ -367,8 +209,7 @@ class Preprocessor:
 
     def _define(self, tokens: list[Token], span: Span) -> None:
         name = self._name(tokens, span)
-        if name == "defined":
-            fail(span, "defined cannot be a macro")
+        self._check_free(name, span)
         body, parameters = tokens[1:], None
         if body and body[0].text == "(" and not body[0].spaced:
             texts = [token.text for token in body]
@@ -380,12 +221,39 @@ class Preprocessor:
             if wrong or len(set(parameters)) != len(parameters) or (close > 1 and close % 2):
                 fail(span, f"the parameters of macro {name} are names with commas between")
             body = body[close + 1 :]
-        self._expander.macros[name] = Macro(name, parameters, tuple(body))
+        macro, before = Macro(name, parameters, tuple(body)), self._own.get(name)
+        if before is not None and not before[0].same_as(macro):
+            fail(span, f"macro {name} has another meaning already{place_in(before[1], span)}; #undef it before")
+        if not self._is_around(span):
+            self._own[name] = macro, span
+        self._expander.macros[name] = macro
+
+    def _is_around(self, span: Span) -> bool:
+        """Return True for text that is not the shader's own."""
+        return span.file in self.around or span.file.startswith("<macro")
+
+    def _check_free(self, name: str, span: Span) -> None:
+        """Raise KernelError for a name that a shader may not define."""
+        if name == "defined" or name in PREDEFINED:
+            fail(span, f"{name} cannot be a macro" if name == "defined" else f"{name} is defined by GLSL itself")
+        if not self._is_around(span) and (name.startswith("GL_") or name == "__VERSION__"):
+            fail(span, f"{name} is not for shaders to define; names that begin with GL_ are GLSL's own")
+
+    def _undefine(self, rest: list[Token], span: Span) -> None:
+        name = self._name(rest, span)
+        self._check_end(rest[1:], f"#undef {name}")
+        self._check_free(name, span)
+        self._own.pop(name, None)
+        self._expander.macros.pop(name, None)
 
     # Conditions
 
     def _conditional(self, name: str, rest: list[Token], span: Span) -> None:
         open_ = self._conditions
+        if name in ("ifdef", "ifndef"):
+            self._check_end(rest[1:], f"#{name}")
+        if name in ("else", "endif"):
+            self._check_end(rest, f"#{name}")
         if name in ("if", "ifdef", "ifndef"):
             if len(open_) >= MAX_CONDITIONS:
                 fail(span, f"conditions nest deeper than {MAX_CONDITIONS}")
@@ -424,7 +292,7 @@ class Preprocessor:
                 token = Token("number", str(int(is_there)), token.span)
             decided.append(token)
             i += 1
-        return holds(list(self._expander.expand(decided)), span)
+        return holds(list(self._expander.expand(decided)), span, knows_names=self.es)
 
     # Files
 
@@ -440,7 +308,7 @@ class Preprocessor:
         path = posixpath.normpath(posixpath.join(folder, name))
         if path.startswith(("/", "../")):
             fail(span, f"#include may not leave {self.folder}")
-        if path in self._once:
+        if path in self._once or self._guards.get(path) in self._expander.macros:
             return
         if len(self._files) >= MAX_INCLUDE_DEPTH:
             fail(span, f"files include files deeper than {MAX_INCLUDE_DEPTH}")
@@ -451,6 +319,8 @@ class Preprocessor:
         self._room -= len(text)
         if self._room < 0:
             fail(span, f"the included files have more than {MAX_CHARACTERS} characters together")
+        if (guard := _guard(text, path)) is not None:
+            self._guards[path] = guard
         self._files.append(path)
         yield from self._read(text, posixpath.basename(path))
         self._files.pop()
@@ -472,14 +342,35 @@ class Preprocessor:
             raise KernelError(span.point_at(f"cannot read {name!r}: {error.strerror}")) from None
 
 
+def _guard(text: str, file: str) -> str | None:
+    """Return the name of a file that is nothing but ``#ifndef NAME … #endif``; None for another."""
+    depth, guard = 0, None
+    for line in token_lines(text, file):
+        words = [token.text for token in line[:3]]
+        if guard is None:
+            if words[:2] != ["#", "ifndef"] or len(words) < 3:
+                return None
+            guard, depth = words[2], 1
+            continue
+        if not depth:  # a line behind the last #endif
+            return None
+        if words[0] == "#" and len(words) > 1:
+            depth += words[1] in ("if", "ifdef", "ifndef")
+            depth -= words[1] == "endif"
+            if depth == 1 and words[1] in ("else", "elif"):
+                return None
+    return guard
+
+
 def preprocessed(
     pieces: list[tuple[str, str]],
     defines: Mapping[str, str],
     folder: Path | None,
     included: Mapping[str, str] | None = None,
+    around: Collection[str] = (),
 ) -> tuple[list[Token], Preprocessor]:
     """Return all tokens of several pieces of text, each with the name of its file."""
-    reader = Preprocessor(folder, dict(included or {}))
+    reader = Preprocessor(folder, around, dict(included or {}))
     for name, value in defines.items():
         reader.define(name, value)
     tokens = [token for text, file in pieces for token in reader.tokens(text, file)]

@@ -350,7 +350,7 @@ def parse_shader(source: ShaderText, folder: Path | None = None, levels: frozens
     unit.values = {name: _expression(text, source.prelude_file) for name, text in source.values.items()}
     pieces = [(source.prelude, source.prelude_file), (source.text, file), (source.postlude, POSTLUDE)]
     try:
-        tokens, reader = preprocessed(pieces, source.defines, folder, source.included)
+        tokens, reader = preprocessed(pieces, source.defines, folder, source.included, around)
         for token in [t for t in tokens if t.text in ("lowp", "mediump")][:1]:
             unit.note(token.span, f"{token.text} has 32 bits here, and fewer on some devices")
         dialect = Dialect(reader.version, reader.es)

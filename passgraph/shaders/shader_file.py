@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 from passgraph import arguments
 from passgraph.errors import InputError
-from passgraph.glsl import parse
-from passgraph.graph.calls import PixelKernel
-from passgraph.graph.targets import Target, TargetSpec
 from passgraph.shaders import NOT_READ, SUFFIXES
-from passgraph.shaders.containers.effect import ShaderEffect, name_of, shader_text, uniforms_of
+from passgraph.shaders.containers.effect import ShaderEffect, shader_text
 from passgraph.shaders.containers.isf import is_isf, read_isf
 from passgraph.shaders.containers.libretro import is_libretro, is_preset, read_libretro_preset, read_libretro_shader
 from passgraph.shaders.containers.mpv import is_mpv, read_mpv
-from passgraph.shaders.containers.shader_images import handle_or_black
+from passgraph.shaders.containers.plain import read_plain
 from passgraph.shaders.containers.shadertoy import is_shadertoy, is_shadertoy_export, read_export, read_shadertoy
 from passgraph.shaders.containers.transition import is_transition, read_transition
 
@@ -78,22 +74,3 @@ def load_shader(path: str | os.PathLike[str]) -> ShaderEffect:
     if "\0" in text:
         raise InputError(f"{file}: is no text")
     return next((read for fits, read in FORMATS if fits(text)), read_plain)(text, file)
-
-
-def read_plain(text: str, path: Path) -> ShaderEffect:
-    """Read a plain fragment shader: its samplers are pictures, its other uniforms parameters."""
-    shader = parse(text, name=name_of(path), file=str(path), folder=path.parent)
-    kernel = PixelKernel[Target].of_shader(shader)
-    if len(shader.program.results) > 1:
-        raise InputError(
-            f"{path}: has {len(shader.program.results)} outputs, and an effect makes one picture; leave one output, or "
-            "write all of them with pg.kernel(glsl=...), which takes as many targets: into=(pg.target(...), ...)"
-        )
-    images, parameters = uniforms_of(shader)
-
-    def build(pictures: Mapping[str, Target], values: Mapping[str, Any], into: TargetSpec) -> Target:
-        images_: dict[str, Any] = {name: handle_or_black(pictures.get(name)) for name in images}
-        return kernel.called({**images_, **values}, into)
-
-    summary = f"{path.stem}: a fragment shader"
-    return ShaderEffect(name_of(path), "GLSL", summary, "", tuple(images), parameters, shader.notes, str(path), build)

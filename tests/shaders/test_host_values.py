@@ -170,3 +170,35 @@ def test_choices_of_mpv_are_numbers_in_conditions_and_macros(tmp_path: Path) -> 
 def test_wrong_parameters_of_mpv_are_told(parameters: str, said: str, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=said):
         effect_of(tmp_path, "a.hook", parameters + HOOK.format("", "1.0"))
+
+
+# Plain shaders of viewers
+
+
+def test_the_uniforms_of_viewers_are_set(tmp_path: Path) -> None:
+    """As glslViewer and the Book of Shaders name them."""
+    text = (
+        "uniform vec2 u_resolution;\nuniform highp float u_time; // seconds\nuniform int u_frame;\n"
+        "uniform sampler2D u_tex0;\nuniform vec2 u_tex0Resolution;\nuniform vec2 u_mouse;\n"
+        "void main() { gl_FragColor = vec4(gl_FragCoord.xy / u_resolution, u_time + float(u_frame), "
+        "u_tex0Resolution.x + u_mouse.y + texture2D(u_tex0, vec2(0.5)).x); }"
+    )
+    effect = effect_of(tmp_path, "a.frag", text)
+    assert effect.images == ("u_tex0",)
+    assert list(effect.parameters) == ["time", "time_step", "u_mouse"]
+    assert [str(note).split("\n")[0].split(":", 1)[1] for note in effect.notes] == [
+        "1: u_resolution is the size of the result in pixels, as in glslViewer",
+        "2: u_time is the time of the frame: time and time_step are its parameters, as in glslViewer",
+        "3: u_frame is the number of the frame, as in glslViewer",
+        "5: u_tex0Resolution is the size of u_tex0, as in glslViewer",
+    ]
+    made = frames(effect, 2, time=1.0, time_step=0.5, u_mouse=(0.0, 0.25))
+    assert made == [[0.125, 0.75, 1.0, 4.25], [0.125, 0.75, 2.5, 4.25]]
+
+
+def test_other_uniforms_are_parameters_whatever_they_are_called(tmp_path: Path) -> None:
+    text = "uniform vec4 u_time; uniform float u_resolution;\nvoid main() { gl_FragColor = u_time * u_resolution; }"
+    effect = effect_of(tmp_path, "a.frag", text)
+    assert list(effect.parameters) == ["u_time", "u_resolution"]
+    assert not effect.notes
+    assert frames(effect, u_time=(1, 2, 3, 4), u_resolution=2.0) == [[2, 4, 6, 8]]

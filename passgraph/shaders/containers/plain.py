@@ -1,0 +1,85 @@
+"""Plain fragment shaders, with the uniforms that viewers such as glslViewer set (patriciogonzalezvivo/glslViewer)."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from passgraph.errors import InputError
+from passgraph.glsl import parse
+from passgraph.glsl.unit import Note
+from passgraph.graph.calls import PixelKernel
+from passgraph.graph.targets import Target, TargetSpec
+from passgraph.language.source import Span
+from passgraph.shaders.containers.clock import PRELUDE, SECONDS, clock_parameters, clock_uniforms
+from passgraph.shaders.containers.effect import ShaderEffect, name_of, uniforms_of, without_comments
+from passgraph.shaders.containers.shader_images import handle_or_black
+
+#: Uniforms of viewers: their types, their values, and what notes say of them.
+_VALUES: Mapping[str, tuple[tuple[str, ...], str, str]] = {
+    "u_resolution": (("vec2", "vec3"), "vec3(pg_output_size, 1.0)", "the size of the result in pixels"),
+    "u_time": (("float",), SECONDS, "the time of the frame: time and time_step are its parameters"),
+    "u_delta": (("float",), "pg_step", "the seconds from frame to frame: the parameter time_step"),
+    "u_frame": (("int",), "pg_frame", "the number of the frame"),
+    "u_date": (("vec4",), "pg_date", "the date: the parameter date"),
+}
+_DECLARED = re.compile(r"\buniform\s+(?:(?:low|medium|high)p\s+)?(\w+)\s+(u_\w+)\s*;")
+_SIZE_OF = re.compile(r"(u_\w+)Resolution")
+
+
+def read_plain(text: str, path: Path) -> ShaderEffect:
+    """Read a plain fragment shader: its samplers are pictures, and its other uniforms parameters, but for those that
+    viewers set.
+
+    Raises
+    ------
+    InputError
+        For several outputs.
+    KernelError
+        For an unsupported shader, with file, line and caret.
+    """
+    found = list(_viewer_values(text, path))
+    values = {name: value for name, value, _ in found}
+    shader = parse(text, name=name_of(path), file=str(path), folder=path.parent, prelude=PRELUDE, values=values)
+    kernel = PixelKernel[Target].of_shader(shader)
+    if len(shader.program.results) > 1:
+        raise InputError(
+            f"{path}: has {len(shader.program.results)} outputs, and an effect makes one picture; leave one output, or "
+            "write all of them with pg.kernel(glsl=...), which takes as many targets: into=(pg.target(...), ...)"
+        )
+    images, parameters = uniforms_of(shader)
+    used = [name for name in parameters if name in ("pg_start", "pg_step", "pg_date", "pg_frame")]
+    own = {name: parameter for name, parameter in parameters.items() if name not in used}
+    notes = tuple(sorted((*shader.notes, *(note for _, _, note in found)), key=lambda note: note.span.line))
+
+    def build(pictures: Mapping[str, Target], values: Mapping[str, Any], into: TargetSpec) -> Target:
+        given: dict[str, Any] = {name: handle_or_black(pictures.get(name)) for name in images}
+        given |= {name: value for name, value in values.items() if name in own}
+        given |= {name: value for name, value in clock_uniforms(values, own).items() if name in used}
+        return kernel.called(given, into)
+
+    summary = f"{path.stem}: a fragment shader"
+    return ShaderEffect(
+        name_of(path), "GLSL", summary, "", tuple(images), clock_parameters(used, own) | own, notes, str(path), build
+    )
+
+
+def _viewer_values(text: str, path: Path) -> Iterator[tuple[str, str, Note]]:
+    """Yield the uniforms of a text that viewers set: name, value as GLSL, and a note."""
+    plain = without_comments(text)
+    lines = text.split("\n")
+    declared = {match[2]: match for match in _DECLARED.finditer(plain)}
+    for name, match in declared.items():
+        size_of = _SIZE_OF.fullmatch(name)
+        if size_of is not None and match[1] == "vec2" and declared.get(size_of[1], ("", ""))[1] == "sampler2D":
+            value, meaning = f"vec2(textureSize({size_of[1]}, 0))", f"the size of {size_of[1]}"
+        elif name in _VALUES and match[1] in _VALUES[name][0]:
+            _, value, meaning = _VALUES[name]
+        else:
+            continue
+        row, start = plain.count("\n", 0, match.start(2)), match.start(2)
+        column = start - (plain.rfind("\n", 0, start) + 1)
+        span = Span(str(path), row + 1, column, column + len(name), lines[row])
+        yield name, value, Note(span, f"{name} is {meaning}, as in glslViewer")
