@@ -63,15 +63,8 @@ def raster(quick: bool, _: str) -> list[Ratio]:
 
 
 def soft_shadow(quick: bool, _: str) -> list[Ratio]:
-    bench = importlib.import_module("bench_soft_shadow")
-    sys.argv = ["bench_soft_shadow.py", "960x540" if quick else "1920x1080"]
-    if quick:
-        bench.FRAMES = 3
-    times = bench.main()
-    return [
-        Ratio(f"soft_shadow frame, {name} / gl", times[name] / times["gl"], wanted, times[name], times["gl"])
-        for name, wanted in (("numpy", 0.5), ("opencl", None))
-    ]
+    found: list[Ratio] = importlib.import_module("bench_soft_shadow").ratios(*(((640, 360), 3) if quick else ()))
+    return found
 
 
 def compiling(quick: bool, _: str) -> list[Ratio]:
@@ -296,6 +289,7 @@ def page(outcomes: Sequence[Outcome], growth: str, quick: bool) -> str:
         "## Ratios",
         "",
         "Medians of runs in turns. A ratio is passgraph's time divided by the other's, or the reverse for a minimum.",
+        "Processor time is that of all threads: other work on the machine hardly changes it, and neither do idle cores.",
         "",
         markdown(outcomes),
         "",
