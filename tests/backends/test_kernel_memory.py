@@ -12,7 +12,8 @@ from tests.conftest import require
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="memory of a process is told by /proc")
 
-#: The first kernels fill caches of fixed size.  What malloc keeps for later is given back before memory is read.
+#: The first kernels fill caches of fixed size.  What malloc keeps for later is given back before memory is read; the
+#: least of three is taken, as PoCL may still hold 50 MB of its compiler.
 MEASURE = """
 import ctypes, gc, mmap, sys
 import numpy as np, passgraph as pg
@@ -23,18 +24,26 @@ def resident():
     with open("/proc/self/statm") as file:
         return int(file.read().split()[1]) * mmap.PAGESIZE
 
-def kernels(first, count):
-    for number in range(first, first + count):
-        kernel = pg.kernel(source=f"def scaled(color: Image) -> vec4: return color[0, 0] * {number}.5")
+def kernels(count):
+    for _ in range(count):
+        numbers.append(len(numbers))
+        kernel = pg.kernel(source=f"def scaled(color: Image) -> vec4: return color[0, 0] * {numbers[-1]}.5")
         with pg.compile(kernel(pg.Input("frame")), backend=backend) as program:
-            assert program(frame=picture)["scaled"][0, 0, 0] == number + 0.5
+            assert program(frame=picture)["scaled"][0, 0, 0] == numbers[-1] + 0.5
 
-picture = np.ones((9, 7, 4), np.float32)
+def least():
+    found = [resident()]
+    for _ in range(2):
+        kernels(1)
+        found.append(resident())
+    return min(found)
+
+picture, numbers = np.ones((9, 7, 4), np.float32), []
 backend, warm, count = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
-kernels(0, warm)
-before = resident()
-kernels(warm, count)
-print((resident() - before) / count)
+kernels(warm)
+before = least()
+kernels(count - 2)
+print((least() - before) / count)
 """
 
 
@@ -62,7 +71,8 @@ def test_hundreds_of_kernels_leave_no_memory(
         ("numpy", 600, 3000, 3 << 10),  # LLVM's pass builder leaves 1.5 kB of each compilation (llvmlite 0.50)
         ("gl", 600, 3000, 6 << 10),  # Mesa 22.3 keeps 0.1 kB of each, between pages that it has freed
         ("webgpu", 600, 3000, 6 << 10),
-        ("opencl", 150, 250, 8 << 10),  # half a second each; PoCL keeps the libraries of the last 128
+        # Half a second each.  PoCL 3.1 never unloads a kernel's library (25 kB, 4 maps); 7.1 keeps the last 128.
+        ("opencl", 50, 100, 80 << 10),
     ],
 )
 def test_thousands_of_kernels_leave_no_memory(
