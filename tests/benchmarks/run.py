@@ -289,7 +289,7 @@ def page(outcomes: Sequence[Outcome], growth: str, quick: bool) -> str:
         "## Ratios",
         "",
         "Medians of runs in turns. A ratio is passgraph's time divided by the other's, or the reverse for a minimum.",
-        "Processor time is that of all threads: other work on the machine hardly changes it, and neither do idle cores.",
+        "Processor time is that of all threads: other work on the machine hardly changes it, nor do idle cores.",
         "",
         markdown(outcomes),
         "",
