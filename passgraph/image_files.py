@@ -262,12 +262,12 @@ class ImageFile:
         error_of(self.input)
         found = find_channels(self._file, [_part(spec) for spec in specs], layer, has_layers=has_layers)
         self.input.seek_subimage(found.part, 0)
-        self.subimage, self.spec, self.order, self.has_alpha = (
-            found.part,
-            specs[found.part],
-            found.order,
-            found.has_alpha,
-        )
+        self.subimage, self.spec = found.part, specs[found.part]
+        self.order, self.has_alpha = found.order, found.has_alpha
+        if _attribute(self.spec, "textureformat", "") == "CubeFace Environment":
+            # Of mip-mapped cubes OpenImageIO (3.2.2, exrinput.cpp) calls one of six faces the display window.
+            self.spec.full_x, self.spec.full_y = self.spec.x, self.spec.y
+            self.spec.full_width, self.spec.full_height = self.spec.width, self.spec.height
 
     def _unreadable(self, name: str, problem: str) -> InputError:
         if "MB limit" in problem:
@@ -286,6 +286,11 @@ class ImageFile:
 
     def corrupt(self, reason: object) -> InputError:
         text = _one_line(reason) or "no pixels"
+        if "Subsampled channels" in text:
+            return InputError(
+                f"{self._file}: has channels with fewer samples than pixels, such as luminance and chroma; expected "
+                "one sample a pixel; save it as RGB"
+            )
         if "not configured" in text:
             return InputError(
                 f"{self._file}: is compressed in a way that is not read ({text}); save it with ZIP or LZW"

@@ -6,6 +6,7 @@
 file                               what OpenImageIO does                                          what is done here
 =================================  =============================================================  =================
 BMP of 16 and 32 bits              ignores the masks; takes the unused byte of BI_RGB as alpha    read by the masks
+DPX of 10 bits with alpha          leaves the last sample of a row unwritten, if it begins a word  read from the file
 FITS with BZERO or BSCALE          returns stored numbers, not the physical ones                  scaled
 FITS of four planes                takes the fourth as alpha; the format knows no alpha           three are read
 TGA: gray and alpha                calls them red and green                                       gray and alpha
@@ -141,6 +142,36 @@ def _scaled(words: NDArray[Any], mask: int, dtype: np.dtype[Any]) -> NDArray[Any
     values = (words & words.dtype.type(mask)) // words.dtype.type(lowest)
     scaled: NDArray[Any] = values if most == full else np.rint(values * (full / most))
     return scaled.astype(dtype)
+
+
+# DPX: SMPTE ST 268-1:2014, table 2.
+
+_DPX_HEADER, _RGBA, _FILLED = 820, 51, {1: 22, 2: 20}
+
+
+def _dpx(file: Path, name: str, reader: Any) -> Mending:
+    """Three samples of 10 bits fill a word; the fourth of every third pixel may be the first of a row's last word."""
+    width, height = reader.spec().width, reader.spec().height
+    with open(name, "rb") as stream:
+        head = stream.read(_DPX_HEADER)
+    if len(head) < _DPX_HEADER or width % 3 != 1 or (head[800], head[803]) != (_RGBA, 10):
+        return Mending()
+    order = ">" if head.startswith(b"SDPX") else "<"
+    packing, encoding, start, padding = struct.unpack(f"{order}HHII", head[804:816])
+    if packing not in _FILLED or encoding:
+        return Mending()
+    pitch = (4 * width + 2) // 3 * 4
+    step = pitch + (0 if padding == 0xFFFFFFFF else padding)
+
+    def with_last_samples(pixels: Pixels) -> Pixels:
+        if Path(name).stat().st_size < start + step * (height - 1) + pitch:
+            raise _corrupt(file, "ends before its picture does")
+        words = np.ndarray((height,), f"{order}u4", np.memmap(name, np.uint8, "r"), start + pitch - 4, (step,))
+        samples = words >> _FILLED[packing] & 1023
+        pixels[:, -1, 3] = samples << 6 | samples >> 4
+        return pixels
+
+    return Mending(adjust=with_last_samples)
 
 
 # FITS: FITS standard 4.0, sections 4.4.1 and 4.4.2.5: physical value = BZERO + BSCALE × stored value.
@@ -314,5 +345,5 @@ def _by_tifffile(file: Path, name: str) -> Pixels:
 
 
 _MENDINGS: dict[str, Callable[[Path, str, Any], Mending]] = {
-    "bmp": _bmp, "fits": _fits, "targa": _targa, "tiff": _tiff
+    "bmp": _bmp, "dpx": _dpx, "fits": _fits, "targa": _targa, "tiff": _tiff
 }  # fmt: skip

@@ -11,6 +11,7 @@ import pytest
 import passgraph as pg
 from passgraph.commands import main
 from passgraph.pictures import load_stored, metadata_of
+from tests.exr_files import mip_mapped_cube, scanlines
 from tests.picture_files import refused
 
 openexr = pytest.importorskip("OpenEXR")
@@ -273,3 +274,39 @@ def test_colors_of_invisible_pixels_of_other_formats_do_not_become_light(tmp_pat
         stored = pg.load(tmp_path / "b.exr", raw=True)
         assert stored[..., 0].sum() == 1
         assert stored[0, 0].tolist() == [1, 0, 0, 1]
+
+
+# Cube maps, and channels with fewer samples than pixels
+
+
+def test_all_faces_of_a_mip_mapped_cube(tmp_path: Path) -> None:
+    from passgraph.tiles.exr import ExrSource
+
+    values = {letter: rng.random((96, 16), np.float32) for letter in "RGB"}
+    file = tmp_path / "cube.exr"
+    file.write_bytes(mip_mapped_cube(values, 16))
+    assert np.array_equal(pg.load(file)[..., :3], stacked(values, *"RGB"))
+    source = ExrSource(file, "frame")
+    assert np.array_equal(source.read((8, 90, 2, 15)), stacked(values, *"RGB")[8:90, 2:15])
+    source.close()
+
+
+@pytest.mark.parametrize("names", ["Y RY BY", "R G B"])
+def test_channels_of_fewer_samples_are_named(tmp_path: Path, names: str) -> None:
+    first, *others = names.split()
+    values = {first: rng.random((8, 8), np.float32)} | {name: rng.random((4, 4), np.float32) for name in others}
+    file = tmp_path / "a.exr"
+    file.write_bytes(scanlines(values, dict.fromkeys(others, 2)))
+    refused(
+        r"a\.exr: has channels with fewer samples than pixels, such as luminance and chroma; expected one sample a "
+        "pixel; save it as RGB",
+        pg.load,
+        file,
+    )
+
+
+def test_files_made_by_hand_are_valid(tmp_path: Path) -> None:
+    values = {letter: rng.random((8, 8), np.float32) for letter in "RGB"}
+    (tmp_path / "a.exr").write_bytes(scanlines(values, {}))
+    with openexr.File(str(tmp_path / "a.exr")) as made:
+        assert np.array_equal(made.channels()["RGB"].pixels, stacked(values, *"RGB"))

@@ -350,3 +350,30 @@ def test_files_and_tiles_choose_the_same_samples(tmp_path: Path, samples: int, l
         else:
             assert np.array_equal(part, whole[..., : part.shape[2]]), (extra, planar)
             assert part.shape[2] == 4 or (whole[..., 3] == 255).all(), (extra, planar)
+
+
+# DPX
+
+
+@pytest.mark.parametrize("endian", ["big", "little"])
+@pytest.mark.parametrize("width", range(1, 9))
+def test_every_sample_of_dpx_of_10_bits(tmp_path: Path, width: int, endian: str) -> None:
+    """As FFmpeg decodes them; its planes are green, blue, red and alpha."""
+    av = pytest.importorskip("av")
+    oiio: Any = pytest.importorskip("OpenImageIO")
+    values = numbers((5, width, 4), 10)
+    path = str(tmp_path / "a.dpx")
+    spec = oiio.ImageSpec(width, 5, 4, "uint16")
+    for name, value in (("oiio:BitsPerSample", 10), ("oiio:Endian", endian), ("oiio:UnassociatedAlpha", 1)):
+        spec.attribute(name, value)
+    output = oiio.ImageOutput.create(path)
+    assert output.open(path, spec)
+    assert output.write_image((values << 6 | values >> 4).astype(np.uint16))
+    assert output.close()
+    with av.open(path) as opened:
+        frame = next(opened.decode(video=0))
+    assert frame.format.name.startswith("gbrap10")
+    decoded = [np.frombuffer(plane, np.uint16).reshape(5, -1)[:, :width] for plane in frame.planes]
+    assert np.array_equal(np.stack([decoded[plane] for plane in (2, 0, 1, 3)], axis=-1), values)
+    for _ in range(3):
+        assert np.array_equal(load_stored(Path(path)) >> 6, values)
