@@ -166,12 +166,16 @@ def in_layer(file: Path, layer: str | None) -> Path:
     return file if layer is None else file.with_name(f"{file.name}:{layer}")
 
 
-def metadata_of(path: Path) -> Metadata:
-    """Return the metadata of a picture file; empty metadata if it has none or cannot be read."""
+def metadata_of(path: Path, data: bytes | None = None) -> Metadata:
+    """Return the metadata of a picture file; empty metadata if it has none or cannot be read.
+
+    ``data`` is the content if it is not on disk.
+    """
     file, layer = split_layer(path)
     try:
-        check_regular(file, "a picture file")
-        with opened_image(file, layer=layer) as image:
+        if data is None:
+            check_regular(file, "a picture file")
+        with opened_image(file, data, layer) as image:
             return image.metadata()
     except InputError:
         return Metadata()
@@ -408,10 +412,10 @@ def viewable(picture: Picture) -> tuple[Picture, str]:
     return view, shown
 
 
-def encode_png(file: Path, pixels: Stored) -> bytes:
+def encode_png(file: Path, pixels: Stored, metadata: Metadata | None = None) -> bytes:
     """Return uint8 or uint16 pixels as PNG bytes; ``file`` is the name in messages."""
     try:
-        with encoded_image(file, pixels, WRITABLE[".png"], Metadata()) as content:
+        with encoded_image(file, pixels, WRITABLE[".png"], metadata or Metadata()) as content:
             return content.read()
     except OSError as error:
         raise unwritable(file, error) from error

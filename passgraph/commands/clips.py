@@ -215,7 +215,7 @@ def _sink(source: Source, output: str, writing: Writing) -> Sink:
     if output == STREAM:
         if sys.stdout.isatty():
             raise InputError("pictures are not written to a terminal; send the output on, as in: -o - | ffplay -")
-        return ToPipe(sys.stdout.buffer, writing.raw)
+        return ToPipe(sys.stdout.buffer, writing.raw, color=writing.color)
     if Pattern.is_in(output):
         return writing.pictures(Pattern(output))
     if is_film(Path(output)):

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.errors import InputError
+from passgraph.image_formats import Metadata
 
 #: A picture (height, width, 1 to 4), row 0 on top: uint8 or uint16, sRGB-encoded, or float32.
 Stored = NDArray[Any]
@@ -29,6 +30,7 @@ class Frame:
     metadata : of a frame with a time, its ``pts`` and ``time_base``, and its ``duration`` if the file has it
     read_light : return the picture for a program that gets linear light: integers are decoded from sRGB then, so those
         that are encoded otherwise are returned as float32; None for `read`
+    described : return the metadata of a picture that is in no file of its own, such as one of a stream; None without
 
     >>> Frame.from_picture(1, "gray", np.full((2, 3, 4), 128, np.uint8)).read().shape
     (2, 3, 4)
@@ -39,6 +41,7 @@ class Frame:
     read: Callable[[], Stored]
     metadata: Mapping[str, Any] = field(default_factory=dict)
     read_light: Callable[[], Stored] | None = None
+    described: Callable[[], Metadata] | None = None
 
     def pixels(self, *, linear: bool) -> Stored:
         """Return the picture for a program that gets linear light, or values as they are stored."""

@@ -11,12 +11,14 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
+from passgraph.color_tags import ColorSpace, Recoded
 from passgraph.errors import InputError
 from passgraph.files.frame import Frame, Sink, Source, Stored
+from passgraph.files.sequences import result_metadata
 from passgraph.files.stored import with_channels
 from passgraph.graph.targets import MAX_SIDE
 from passgraph.image_files import MAX_BYTES
-from passgraph.pictures import encode_png, load_stored
+from passgraph.pictures import encode_png, load_stored, metadata_of
 
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 
@@ -107,6 +109,7 @@ class Pipe:
             return Frame(
                 number, name, lambda: load_stored(Path(name), data),
                 read_light=lambda: load_stored(Path(name), data, linear=True),
+                described=lambda: metadata_of(Path(name), data),
             )  # fmt: skip
         assert self.raw.size is not None
         (width, height), layout = self.raw.size, LAYOUTS[self.raw.layout]
@@ -161,15 +164,30 @@ class Pipe:
 
 
 class ToPipe(Sink):
-    """A sink that writes to a stream such as ``sys.stdout.buffer``: PNG files, or raw pixels of one size."""
+    """A sink that writes to a stream such as ``sys.stdout.buffer``: PNG files, or raw pixels of one size.
 
-    def __init__(self, stream: BinaryIO, raw: Raw | None = None, name: str = "standard output") -> None:
+    ``color`` is the color space of the results, as for `passgraph.save`; by default PNG files keep the source's color
+    tags and metadata.
+    """
+
+    def __init__(
+        self,
+        stream: BinaryIO,
+        raw: Raw | None = None,
+        name: str = "standard output",
+        color: ColorSpace | Recoded | str | None = None,
+    ) -> None:
         self.stream, self.raw, self._name = stream, raw, name
+        self.color = ColorSpace(color, color) if isinstance(color, str) else color
+        self._source: Source | None = None
         self._size = None if raw is None else raw.size
 
     @property
     def name(self) -> str:
         return self._name
+
+    def begin(self, source: Source) -> None:
+        self._source = source
 
     def in_bytes(self, source: Source) -> bool:
         return self.raw is None or LAYOUTS[self.raw.layout].dtype == np.uint8
@@ -187,7 +205,7 @@ class ToPipe(Sink):
 
     def prepare(self, frame: Frame, picture: Stored) -> bytes:
         if self.raw is None:
-            return encode_png(Path(frame.name), picture)
+            return encode_png(Path(frame.name), picture, result_metadata(frame, self._source, self.color))
         layout = LAYOUTS[self.raw.layout]
         return layout.ordered(with_channels(picture, layout.channels)).tobytes()
 

@@ -122,7 +122,7 @@ class ToPictures(Sink):
         self.color = ColorSpace(color, color) if isinstance(color, str) else color
         self._inputs: Mapping[int, Path] = {}
         self._deep = False
-        self._of_source: Metadata | None = None
+        self._source: Source | None = None
 
     @property
     def name(self) -> str:
@@ -137,7 +137,7 @@ class ToPictures(Sink):
     def begin(self, source: Source) -> None:
         self._inputs = source.paths if isinstance(source, Pictures) else {}
         self._deep = getattr(source, "deep", False)
-        self._of_source = getattr(source, "picture_metadata", None)
+        self._source = source
         if loss := self.lost_bits(source):
             warnings.warn(loss, stacklevel=2)
         for path in self._named:
@@ -166,9 +166,7 @@ class ToPictures(Sink):
 
     def notes(self, frame: Frame) -> Metadata | None:
         """Return the metadata that a frame's output keeps of its source file."""
-        input_path = self._inputs.get(frame.number)
-        kept = self._of_source if input_path is None else metadata_of(input_path)
-        return kept if self.color is None else (kept or Metadata()).in_space(self.color)
+        return result_metadata(frame, self._source, self.color)
 
     def holds(self, frame: Frame) -> bool:
         input_path = self._inputs.get(frame.number)
@@ -185,6 +183,18 @@ class ToPictures(Sink):
         path = self.path(frame)
         bits = self.bits if format_of_suffix(path).is_float else None
         save(path, picture, like=self.notes(frame), bits=bits)
+
+
+def result_metadata(frame: Frame, source: Source | None, color: ColorSpace | Recoded | None) -> Metadata | None:
+    """Return the metadata of a picture made of a source's frame, with the tags of its own color space."""
+    path = source.paths.get(frame.number) if isinstance(source, Pictures) else None
+    if path is not None:
+        kept: Metadata | None = metadata_of(path)
+    elif frame.described is not None:
+        kept = frame.described()
+    else:
+        kept = getattr(source, "picture_metadata", None)
+    return kept if color is None else (kept or Metadata()).in_space(color)
 
 
 def source_metadata(source: Source) -> Metadata:

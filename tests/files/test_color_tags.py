@@ -5,6 +5,7 @@ Tags are read by decoders that share no code with the writer: chunks of PNG by h
 
 from __future__ import annotations
 
+import io
 import re
 import struct
 import zlib
@@ -19,6 +20,8 @@ from PIL import Image, ImageCms
 import passgraph as pg
 from passgraph.commands.entry import run
 from passgraph.errors import InputError
+from passgraph.files import Pictures, Pipe, ToPictures, ToPipe
+from passgraph.files.names import Pattern
 from tests.files.made import video
 
 av: Any = pytest.importorskip("av")
@@ -413,6 +416,51 @@ def test_what_a_source_states_and_its_copy_cannot_is_told(tmp_path: Path, capsys
         assert run(["apply", *COPY, str(given), "-o", output]) == 0
         told = capsys.readouterr().err
         assert (words in told) if words else ("state no" not in told)
+
+
+def test_pictures_of_a_stream_keep_their_tags(tmp_path: Path) -> None:
+    """Read from a stream, written into one, or both; a converted one has the tags of its own space."""
+    copy = pg.kernel(source="def copy(color: Image) -> vec4: return color[0, 0]")
+    sources = [png_source(tmp_path / "a.png", profile=True), png_source(tmp_path / "b.png", cicp=(12, 13))]
+    data = b"".join(path.read_bytes() for path in sources)
+    own = [{"iCCP": True}, P3]
+
+    def streamed(source: Any, color: str | None = None) -> list[dict[str, Any]]:
+        out = io.BytesIO()
+        with pg.compile(copy(pg.Input("frame"))) as program:
+            assert pg.frames(program, source, ToPipe(out, color=color)).whole
+        found = []
+        for number, part in enumerate(out.getvalue().split(b"\x89PNG\r\n\x1a\n")[1:]):
+            (tmp_path / f"out{number}.png").write_bytes(b"\x89PNG\r\n\x1a\n" + part)
+            found.append(tags(tmp_path / f"out{number}.png"))
+        return found
+
+    assert streamed(Pipe(io.BytesIO(data))) == own
+    assert streamed(Pictures(sources)) == own
+    assert streamed(Pipe(io.BytesIO(data)), "srgb_p3d65_scene") == [P3, P3]
+    with pg.compile(copy(pg.Input("frame"))) as program:
+        assert pg.frames(program, Pipe(io.BytesIO(data)), ToPictures(Pattern("c.%d.png"))).whole
+    assert [tags(tmp_path / f"c.{number}.png") for number in (1, 2)] == own
+
+
+def test_an_effect_of_a_user_says_its_space(tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text(
+        "import passgraph as pg\n"
+        "from passgraph.color_tags import ColorSpace\n"
+        "from passgraph.effects import effect\n"
+        "def space(wide: bool = True, **_):\n"
+        "    return ColorSpace('Display P3', 'srgb_p3d65_scene') if wide else None\n"
+        "@pg.kernel\n"
+        "def same(color: pg.Image) -> pg.vec4:\n"
+        "    return color[0, 0]\n"
+        "@effect('mine', result_space=space)\n"
+        "def mine(frame: pg.Target, wide: bool = True) -> pg.Target:\n"
+        "    return same(frame)\n"
+    )
+    source = png_source(tmp_path / "a.png", profile=True)
+    for options, expected in (([], P3), (["--no-wide"], {"iCCP": True})):
+        assert run(["apply", "mine.py", str(source), "-o", "b.png", *options]) == 0
+        assert tags(tmp_path / "b.png") == expected
 
 
 def test_saving_like_a_file_takes_its_tags_as_far_as_they_hold(tmp_path: Path) -> None:
