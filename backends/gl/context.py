@@ -247,16 +247,19 @@ class OwnContext(Context):
         destroy_left()
         super().__init__(turn)
         self.current = Current()
-        self._before: State | None = self.current.state()
-        self.current.change(self._before, None)
+        self._before: State | None = None
+        before = self.current.state()
+        self.current.change(before, None)
         try:
             self.native = self._new_context(glcontext, index)
             self._finalizer = weakref.finalize(self, destroy_later, self.native)
             self._finalizer.atexit = False
             self._state = self._own_state()
+            if before is not None and before.has_context_of(self._state):
+                before = None  # its owner had destroyed it while it was current, and ours now has its address
             self.gl = Functions(self.native.load_opengl_function)
         finally:
-            self.current.put_back(self.current.state(), self._before)
+            self.current.put_back(self.current.state(), before)
         # Loading OpenGL may have loaded GLX, which a host may then use.
         self.current.look_for_glx()
 

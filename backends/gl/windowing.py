@@ -30,6 +30,10 @@ class State:
     read: Handle
     context: Handle
 
+    def has_context_of(self, other: State | None) -> bool:
+        """Return True if both name one context, with any surfaces."""
+        return other is not None and (self.system, self.context) == (other.system, other.context)
+
 
 class System(Protocol):
     """A window system.  ``address`` finds OpenGL's functions."""

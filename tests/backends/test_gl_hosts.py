@@ -262,6 +262,26 @@ def test_a_host_that_destroyed_its_context_during_a_call_gets_none_back() -> Non
     at_once(work, 1)
 
 
+def test_a_context_at_the_address_of_a_destroyed_one_does_not_stay_current(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A driver frees a host's destroyed context when ours takes its place, and may give ours its memory (Mesa 26.1)."""
+
+    def work(_: int) -> None:
+        import glcontext
+
+        native = glcontext.get_backend_by_name("egl")(glversion=330, mode="standalone")
+
+        def at_that_address(*_: object) -> Any:
+            native.__enter__()
+            return native
+
+        monkeypatch.setattr(context.OwnContext, "_new_context", at_that_address)
+        backend = GLBackend()
+        assert Current().state() is None
+        backend.close()
+
+    at_once(work, 1)
+
+
 def test_a_refused_context_says_why() -> None:
     current = Current()
     with pytest.raises(BackendError, match=r"^gl: making its context current failed: no such (context|display)\. The"):
