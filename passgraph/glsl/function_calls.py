@@ -15,8 +15,18 @@ from passgraph.glsl.places import Place, place_of, read_place
 from passgraph.language import ir
 from passgraph.language.composites import array_of, each_image
 from passgraph.language.source import Span, fail, place_in
-from passgraph.language.types import INT, Array, Matrix, Scalar, Struct, Type, Vector, component_count
-from passgraph.language.values import ImageChoice, Part, StructValue, construct, part_type, settled, swizzle
+from passgraph.language.types import INT, Array, Matrix, Scalar, Struct, Type, Vector, component_count, sides_of
+from passgraph.language.values import (
+    ImageChoice,
+    Part,
+    StructValue,
+    TupleValue,
+    construct,
+    part_type,
+    settled,
+    swizzle,
+    type_of,
+)
 
 if TYPE_CHECKING:
     from passgraph.glsl.glsl_body import Body
@@ -125,9 +135,10 @@ class Calls:
 
     def _constructed(self, written: g.TypeName, node: g.Call) -> Part:
         span = node.span
-        type_ = self.body.type_of(written, written.span, node)
         computations = [partial(self.body.expressions.part, argument) for argument in node.arguments]
         parts = self.body.unit.ordered(computations, span)
+        of_first = sides_of(type_of(parts[0])) if parts and not isinstance(parts[0], TupleValue) else ()
+        type_ = self.body.type_of(written, written.span, (len(parts), *of_first))
         if isinstance(type_, (Struct, Array)):
             return self.composed(type_, parts, span)
         if not isinstance(type_, (Scalar, Vector, Matrix)):

@@ -15,7 +15,7 @@ from passgraph.glsl.image_functions import STAGE
 from passgraph.glsl.operators import fitted
 from passgraph.glsl.places import Place, read_place, write_place
 from passgraph.glsl.unit import BEFORE, END, Binding, Known, Slot, Unit, holds_pictures
-from passgraph.glsl.walk import assigned_names, leaves_function
+from passgraph.glsl.walk import assigned_names, leaves_function, sides_written
 from passgraph.language import ir
 from passgraph.language.assignments import new_variable, read_variable
 from passgraph.language.function_body import MAX_CALL_DEPTH
@@ -23,8 +23,8 @@ from passgraph.language.long_arrays import check_local
 from passgraph.language.signature import checked_struct
 from passgraph.language.source import Span, fail
 from passgraph.language.statements import Exit
-from passgraph.language.types import INT, Struct, Type, part_count
-from passgraph.language.values import ImageValue, Part, constant, folded
+from passgraph.language.types import INT, Struct, Type, part_count, sides_of
+from passgraph.language.values import ImageValue, Part, TupleValue, constant, folded, type_of
 
 #: Length of ``gl_FragData``.
 _MAX_OUTPUTS = 8
@@ -107,20 +107,30 @@ class Body:
 
     # Types
 
-    def type_of(self, written: g.TypeName, span: Span, value: g.Expr | None = None) -> Type:
-        """Return a declared type; an open length is taken from the initial value."""
-        return self.array_of(self.unit.plain_type(written.name, span), written.lengths, span, value)
+    def type_of(self, written: g.TypeName, span: Span, sides: Sequence[int] = ()) -> Type:
+        """Return a declared type; ``sides`` are the lengths of the initial value, for open ones."""
+        return self.array_of(self.unit.plain_type(written.name, span), written.lengths, span, sides)
 
-    def array_of(self, type_: Type, lengths: Sequence[g.Expr | None], span: Span, value: g.Expr | None = None) -> Type:
+    def array_of(self, type_: Type, lengths: Sequence[g.Expr | None], span: Span, sides: Sequence[int] = ()) -> Type:
         """Return an array of a type, or the type itself without lengths."""
-        for length in reversed(lengths):
+        for level, length in reversed(list(enumerate(lengths))):
             if length is not None:
                 count: int | None = self.known_int(length, "the length of an array")
             else:
-                parts = getattr(value, "parts", None) or getattr(value, "arguments", None)
-                count = len(parts) if parts else None
+                count = sides[level] if level < len(sides) else None
             type_ = self.unit.array_type(type_, count, span)
         return type_
+
+    def _initialized(self, variable: g.Variable) -> tuple[Type, Part | None]:
+        """Return the type of a declared variable and its initial value, from which open lengths are taken."""
+        written, value = variable.type, variable.value
+        if value is None or isinstance(value, g.Braces) or None not in written.lengths:
+            type_ = self.type_of(written, written.span, sides_written(value))
+            return type_, None if value is None else self.expressions.initial(value, type_)
+        part = self.expressions.part(value)
+        return self.type_of(
+            written, written.span, () if isinstance(part, TupleValue) else sides_of(type_of(part))
+        ), part
 
     def known_int(self, node: g.Expr, what: str) -> int:
         value = self.expressions.value(node)
@@ -142,13 +152,12 @@ class Body:
         If the set of all ``written`` names is given, others with known values become constants.
         """
         for variable in node.variables:
-            type_ = self.type_of(variable.type, variable.type.span, variable.value)
-            if holds_pictures(type_):
-                fail(variable.span, "a sampler is a uniform or a parameter")
             span = variable.span
-            check_local(type_, variable.name, span)
             self._check_new(variable.name, span)
-            part = None if variable.value is None else self.expressions.initial(variable.value, type_)
+            type_, part = self._initialized(variable)
+            if holds_pictures(type_):
+                fail(span, "a sampler is a uniform or a parameter")
+            check_local(type_, variable.name, span)
             if part is not None:
                 part = fitted(part, type_, span, variable.name)
             fixed = written is not None and variable.name not in written

@@ -571,7 +571,7 @@ class Parser(ExpressionParser):
         if self.skip("for"):
             return self._for(span)
         if self.skip("while"):
-            return g.Loop(span, None, self._parenthesized(), None, self._looped())
+            return self._while(span)
         if self.skip("do"):
             body = self._looped()
             self.expect("while")
@@ -608,6 +608,28 @@ class Parser(ExpressionParser):
         inside = self.expression()
         self.expect(")")
         return inside
+
+    def _while(self, span: Span) -> g.Loop:
+        """Parse a loop; a variable that its condition declares is set before each iteration, and ends it if false."""
+        self.expect("(")
+        if not self._declares():
+            condition = self.expression()
+            self.expect(")")
+            return g.Loop(span, None, condition, None, self._looped())
+        start = self.here.span
+        qualifiers, _ = self._qualifiers()
+        type_ = self._type([])
+        name = self.declared_name("the name of a variable")
+        self.expect("=")
+        declared = g.Variable(name.span, name.text, type_, self.assignment())
+        self.expect(")")
+        ends = self.node(g.Unary, name.span, "!", self.node(g.Name, name.span, name.text))
+        body: tuple[g.Statement, ...] = (
+            g.Declaration(start, qualifiers, (declared,), {}),
+            g.If(name.span, ends, g.Jump(name.span, "break"), None),
+            self._looped(),
+        )
+        return g.Loop(span, None, None, None, g.Block(span, body))
 
     def _for(self, span: Span) -> g.Loop:
         self.expect("(")

@@ -15,7 +15,7 @@ from passgraph.glsl.operators import as_int, fitted
 from passgraph.glsl.walk import leaves_function
 from passgraph.language import ir
 from passgraph.language.looping import Section, switch
-from passgraph.language.source import Span, fail
+from passgraph.language.source import Span, fail, place_in
 from passgraph.language.types import INT, UINT
 from passgraph.language.values import constant
 
@@ -146,8 +146,14 @@ class Statements:
             fail(node.value.span, f"a switch takes an int or a uint, got {value.type}")
         self.body.scopes.append({})
         sections = []
+        known: dict[int | None, Span] = {}
         for case in node.cases:
-            labels = () if case.value is None else (self._label(case.value),)
+            number = None if case.value is None else self._label(case.value)
+            if number in known:
+                what = "default" if number is None else f"case {number}"
+                fail(case.span, f"this switch has {what} already{place_in(known[number], case.span)}; leave out one")
+            known[number] = case.span
+            labels = () if number is None else (number,)
             sections.append(Section(labels, self.inside(node, case.statements), case.value is None))
         self.body.scopes.pop()
         switch(self.body.builder, as_int(value, span), sections, span)

@@ -222,11 +222,25 @@ def position(unit: Unit, span: Span) -> Part:
     return apply("div", [centre, output_size(unit, span)], span)  # type: ignore[list-item]
 
 
+#: Limits that GLSL ES 3.00 guarantees (section 7.3).
+LIMITS = {
+    "gl_MaxVertexAttribs": 16, "gl_MaxVertexUniformVectors": 256, "gl_MaxVertexOutputVectors": 16,
+    "gl_MaxFragmentInputVectors": 15, "gl_MaxVaryingVectors": 8, "gl_MaxVertexTextureImageUnits": 16,
+    "gl_MaxCombinedTextureImageUnits": 32, "gl_MaxTextureImageUnits": 16, "gl_MaxFragmentUniformVectors": 224,
+    "gl_MaxDrawBuffers": 8, "gl_MinProgramTexelOffset": -8, "gl_MaxProgramTexelOffset": 7,
+}  # fmt: skip
+
+
+def _limit(number: int, unit: Unit, span: Span) -> Part:
+    return ir.Literal(INT, number, span)
+
+
 #: Built-in values of fragment shaders, and two for preludes of containers.
 STAGE: dict[str, NativeValue] = {
     "gl_FragCoord": fragment,
     "gl_FrontFacing": lambda unit, span: ir.Literal(BOOL, True, span),
     "gl_PointCoord": position,
+    **{name: partial(_limit, number) for name, number in LIMITS.items()},
     "pg_position": position,
     "pg_output_size": output_size,
 }

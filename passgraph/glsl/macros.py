@@ -46,19 +46,24 @@ class Expander:
         #: What ``#line`` adds to the numbers of lines, and its number of the text, by file.
         self.lines: dict[str, tuple[int, int]] = {}
         self.expanded = 0
+        self.asks_defined = False  # True in conditions, where names after ``defined`` are not expanded
         self._depth = 0  # of nested arguments
+        self._line = 0  # of the last token read from the text: where macros are replaced
 
     def expand(self, tokens: Iterable[Token]) -> Iterator[Token]:
         """Yield the tokens with macros replaced; ``tokens`` are read lazily."""
         source, pending = iter(tokens), []  # type: Iterator[Token], list[Token]
-        while (token := pending.pop() if pending else next(source, None)) is not None:
+        while (token := self._next(source, pending)) is not None:
+            if self.asks_defined and token.text == "defined":
+                yield self._defined(token, source, pending)
+                continue
             macro = self.macros.get(token.text) if token.kind == "name" else None
             if macro is None or token.text in token.hidden:
                 yield token
             elif macro.parameters is None:
                 pending += self._body(macro, {}, token, token.hidden)[::-1]
             else:
-                following = pending.pop() if pending else next(source, None)
+                following = self._next(source, pending)
                 if following is None or following.text != "(":
                     if following is not None:
                         pending.append(following)
@@ -66,6 +71,27 @@ class Expander:
                 else:
                     arguments, hidden = self._arguments(macro, token, source, pending)
                     pending += self._body(macro, arguments, token, token.hidden & hidden)[::-1]
+
+    def _next(self, source: Iterator[Token], pending: list[Token]) -> Token | None:
+        """Return the next token: of a replaced macro, or of the text."""
+        if pending:
+            return pending.pop()
+        token = next(source, None)
+        if token is not None and not self._depth:
+            self._line = token.span.line
+        return token
+
+    def _defined(self, word: Token, source: Iterator[Token], pending: list[Token]) -> Token:
+        """Return the number of ``defined NAME`` or ``defined(NAME)``; macros may bring the word."""
+
+        name = self._next(source, pending)
+        is_closed = name is None or name.text != "("
+        name = name if is_closed else self._next(source, pending)
+        if name is None or name.kind != "name":
+            fail(word.span, "defined takes the name of a macro")
+        if not is_closed and ((end := self._next(source, pending)) is None or end.text != ")"):
+            fail(word.span, "this parenthesis is not closed")
+        return Token("number", str(int(name.text in self.macros)), word.span)
 
     def _arguments(
         self, macro: Macro, name: Token, source: Iterator[Token], pending: list[Token]
@@ -75,7 +101,7 @@ class Expander:
         arguments: list[list[Token]] = [[]]
         depth = 1
         while True:
-            token = pending.pop() if pending else next(source, None)
+            token = self._next(source, pending)
             if token is None:
                 fail(name.span, f"the call of macro {name.text} has no closing parenthesis")
             depth += {"(": 1, ")": -1}.get(token.text, 0)
@@ -97,7 +123,9 @@ class Expander:
         """Return a macro's body with its parameters replaced."""
         if macro.name in PREDEFINED:
             added, number = self.lines.get(use.span.file, (0, 0))
-            text = str(use.span.line + added if macro.name == "__LINE__" else number)
+            # In another macro it is the line where that one is replaced, with all its arguments.
+            line = self._line if hidden else use.span.line
+            text = str(line + added if macro.name == "__LINE__" else number)
             return [Token("number", text, use.span, use.spaced, hidden)]
         if len(hidden) >= MAX_MACRO_DEPTH:
             fail(use.span, f"macros nest deeper than {MAX_MACRO_DEPTH}")

@@ -277,22 +277,10 @@ class Preprocessor:
     def _decided(self, name: str, rest: list[Token], span: Span) -> bool:
         if name != "if":
             return (self._name(rest, span) in self._expander.macros) == (name == "ifdef")
-        decided: list[Token] = []
-        i = 0
-        while i < len(rest):
-            token = rest[i]
-            if token.text == "defined":
-                parenthesis = i + 1 < len(rest) and rest[i + 1].text == "("
-                i += 2 if parenthesis else 1
-                is_there = self._name(rest[i : i + 1], token.span) in self._expander.macros
-                if parenthesis:
-                    i += 1
-                    if i >= len(rest) or rest[i].text != ")":
-                        fail(token.span, "this parenthesis is not closed")
-                token = Token("number", str(int(is_there)), token.span)
-            decided.append(token)
-            i += 1
-        return holds(list(self._expander.expand(decided)), span, knows_names=self.es)
+        self._expander.asks_defined = True
+        tokens = list(self._expander.expand(rest))
+        self._expander.asks_defined = False
+        return holds(tokens, span, knows_names=self.es)
 
     # Files
 

@@ -19,7 +19,7 @@ from passgraph.glsl.image_functions import STAGE, fragment, position
 from passgraph.glsl.operators import fitted, type_of_part
 from passgraph.glsl.preprocess import preprocessed
 from passgraph.glsl.unit import BEFORE, END, SQUARE, Known, Note, Slot, Uniform, Unit, holds_pictures
-from passgraph.glsl.walk import assigned_names
+from passgraph.glsl.walk import assigned_names, sides_written
 from passgraph.language import ir
 from passgraph.language.assignments import Place, Variable
 from passgraph.language.function_body import KEPT
@@ -133,7 +133,7 @@ def _check_apart(names: Iterable[g.Variable | g.Parameter]) -> None:
 def declare_uniforms(body: Body, node: g.Declaration) -> None:
     """Declare the uniforms of a statement."""
     for variable in node.variables:
-        type_ = body.type_of(variable.type, variable.type.span, variable.value)
+        type_ = body.type_of(variable.type, variable.type.span, sides_written(variable.value))
         if variable.name in body.unit.values and variable.span.file not in body.unit.around:
             _declare_host_value(body, variable, type_)
             continue

@@ -20,6 +20,16 @@ def walked(node: object) -> Iterator[object]:
             pending += [getattr(one, name) for name in one.__dataclass_fields__ if name != "span"]
 
 
+def sides_written(value: g.Expr | None) -> tuple[int, ...]:
+    """Return the lengths of a list in braces or of an array's constructor, and of its first element, as written."""
+    sides: list[int] = []
+    while isinstance(value, g.Braces) or (isinstance(value, g.Call) and value.type and value.type.lengths):
+        parts = value.parts if isinstance(value, g.Braces) else value.arguments
+        sides.append(len(parts))
+        value = parts[0] if parts else None
+    return tuple(sides)
+
+
 def leaves_function(node: g.Statement, answers: dict[g.Statement, bool]) -> bool:
     """Return True if a statement contains a return or discard; ``answers`` caches results of nested statements."""
     if node not in answers:

@@ -166,7 +166,7 @@ def shader_of(case: Case) -> tuple[str, int]:
     text = text.replace("${DECLARATIONS:single-line}", " ".join(declared)).replace("${OUTPUT}", written)
     for placeholder in ("${POSITION_FRAG_COLOR}", "${FRAG_COLOR}"):
         text = text.replace(placeholder, names[0])
-    version = "#version 100\n" if old and "#version" not in text else ""
+    version = "#version 100\n#line 1\n" if old and "#version" not in text else ""
     return version + text.strip() + "\n", count
 
 
