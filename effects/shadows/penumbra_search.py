@@ -56,12 +56,9 @@ SAME_PLANE_PX = 2.0
 LEAST = 0.6
 #: A texel is hit by rays that pass its center within half its diagonal.
 HALF_DIAGONAL = 0.75
-#: Largest ratio of the penumbra to that of a caster that a comparison counts: the ray passes nearer ones closer to the
-#: receiver's position.
-WIDER = 2.0
 #: Casters count as near if their penumbra is narrower by this factor than the widest that a search could find, and the
 #: search is wider than this many texels.
-FAR_AND_NEAR = 0.25
+FAR_AND_NEAR = 0.5
 LAYERED_TEXELS = 4.0
 #: Search points are denser toward the center, with this power of their index; 0.5 would spread them uniformly. Most
 #: casters are near the receiver, and can occlude it only near its own position.
@@ -162,7 +159,7 @@ def find_penumbrae(taps: int) -> Any:
             found = caster < NOTHING
             if not found and not both:
                 lit += 1.0
-            elif not found or length(offset) > WIDER * reach + margin:
+            elif not found or length(offset) > reach + margin:
                 nearer = at_offset(receiver, places[i] * (reach if found else layers.near))
                 caster = caster_at(map, receiver, nearer, kind, face)
                 if caster >= NOTHING:

@@ -169,7 +169,7 @@ def chequer_scene() -> Scene:
     )
 
 
-def _stack(heights: tuple[float, ...]) -> Scene:
+def stack(heights: tuple[float, ...]) -> Scene:
     """Return sheets over a floor, each offset from the one below it."""
     sheets = [_sheet(1.8, 1.8, (-0.25 * i, height, 0.1 * i), f"sheet {i}") for i, height in enumerate(heights)]
     camera = Camera((3.9, 2.1, 2.6), (0.35, 0.1, 0.0), vertical_fov_rad=0.6, near=0.5, far=60.0)
@@ -264,8 +264,8 @@ SCENES: dict[str, BenchScene] = {
         BenchScene("room", "things in a closed room, a spot in its ceiling", room_scene),
         BenchScene("wide", "a ball and posts on a thick floor 200 wide, under a sun", wide_scene),
         BenchScene("chequer", "a chequered board over a thick floor", chequer_scene),
-        BenchScene("two-sheets", "two sheets over a floor, one over the other", lambda: _stack((0.4, 1.6))),
-        BenchScene("three-sheets", "three sheets over a floor, one over the other", lambda: _stack((0.3, 0.9, 2.2))),
+        BenchScene("two-sheets", "two sheets over a floor, one over the other", lambda: stack((0.4, 1.6))),
+        BenchScene("three-sheets", "three sheets over a floor, one over the other", lambda: stack((0.3, 0.9, 2.2))),
         BenchScene("shelf", "four boards one over the other", shelf_scene),
         BenchScene("cage", "a ball in a cage of bars", cage_scene),
         BenchScene("leaves", "leaves at all heights over a floor", leaves_scene),
