@@ -81,6 +81,17 @@ def test_pyproject_lists_the_packages_that_exist() -> None:
     assert sorted(listed) == sorted(packages())
 
 
+def test_packages_are_found_without_the_links() -> None:
+    """Git for Windows writes a symbolic link as a file of text, unless it is told otherwise."""
+    setuptools = tomllib.loads((root / "pyproject.toml").read_text())["tool"]["setuptools"]
+    folders = setuptools["package-dir"]
+    for name in setuptools["packages"]:
+        mapped = max((known for known in folders if f"{name}.".startswith(f"{known}.")), key=len)
+        folder = root.joinpath(folders[mapped], *name.removeprefix(mapped).split("."))
+        assert (folder / "__init__.py").is_file(), name
+        assert folder.resolve() == folder, f"{name} is behind a link"
+
+
 def test_all_installs_every_option() -> None:
     """Every extra but those of developers, whatever they are called."""
     extras = tomllib.loads((root / "pyproject.toml").read_text())["project"]["optional-dependencies"]
