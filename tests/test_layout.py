@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import ast
+import json
 import os
 import subprocess
 import sys
@@ -97,6 +98,17 @@ def test_all_installs_every_option() -> None:
     extras = tomllib.loads((root / "pyproject.toml").read_text())["project"]["optional-dependencies"]
     named = [name for text in extras.pop("all") for name in Requirement(text).extras]
     assert sorted(named) == sorted(extras.keys() - {"dev", "docs"})
+
+
+def test_wheels_were_asked_for_every_extra() -> None:
+    """And those that all leaves out are the ones that have no wheel on Linux: python -m tests.wheels."""
+    asked = json.loads((root / "docs" / "wheels.json").read_text())
+    extras = tomllib.loads((root / "pyproject.toml").read_text())["project"]["optional-dependencies"]
+    assert asked["extras"] == sorted({"passgraph", *extras} - {"dev", "docs"})
+    for python, gaps in asked["missing"]["Linux x86_64"].items():
+        environment = {"python_version": python}
+        named = [one for one in map(Requirement, extras["all"]) if not one.marker or one.marker.evaluate(environment)]
+        assert gaps.keys() == extras.keys() - {"all", "dev", "docs"} - {name for one in named for name in one.extras}
 
 
 def test_every_module_is_in_a_package() -> None:
