@@ -35,6 +35,8 @@ MAX_BYTES = 1 << 32
 _DECODED_WHEN_OPENED = (b"GIF8", b"\0\0\0\x0c", b"\xff\x4f\xff\x51", b"\xff\x0a")
 #: JPEG XL with and without its container, and the number of bytes by which OpenImageIO recognizes it.
 _JPEG_XL, _RECOGNIZED_BYTES = (b"\0\0\0\x0cJXL ", b"\xff\x0a"), 128
+#: Cameras write extra bytes between the markers of JPEG; the picture is complete nevertheless.
+_EXTRA_BYTES = "extraneous bytes"
 _CRYPTOMATTE_NAME = re.compile(r"cryptomatte/[0-9a-f]+/name")
 _JPEG = b"\xff\xd8\xff"
 #: First bytes of files of the common formats.
@@ -240,8 +242,7 @@ class ImageFile:
         kind = {"uint8": "uint8", "uint16": "uint16", "float16": "half", "float32": "float"}[dtype.name]
         pixels: Any = self.input.read_image(self.subimage, 0, first, last + 1, kind)
         problem = error_of(self.input) or error_of(self._oiio)
-        # Cameras write extra bytes between markers; the picture is complete nevertheless.
-        if pixels is None or (problem and "extraneous bytes" not in problem):
+        if pixels is None or (problem and _EXTRA_BYTES not in problem):
             raise self.corrupt(problem)
         pixels = pixels.reshape(spec.height, spec.width, last - first + 1)
         order = [channel - first for channel in self.order]
@@ -259,7 +260,9 @@ class ImageFile:
         # Of other formats' parts, such as pages, the first is read.
         while (has_layers or not specs) and self.input.seek_subimage(len(specs), 0):
             specs.append(self.input.spec())
-        error_of(self.input)
+            if len(specs) == 1 and (problem := error_of(self.input)) and _EXTRA_BYTES not in problem:
+                raise self.corrupt(problem)
+        error_of(self.input)  # there is no further part
         found = find_channels(self._file, [_part(spec) for spec in specs], layer, has_layers=has_layers)
         self.input.seek_subimage(found.part, 0)
         self.subimage, self.spec = found.part, specs[found.part]
