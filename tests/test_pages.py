@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 import passgraph as pg
+from docs import machines
 from docs.conformance import MUTANTS, PARTS, mutant_text
 from docs.folders import PICTURE, drawn, folder_graph
 from docs.sentences import riddles, sentences, words
@@ -146,3 +147,22 @@ def test_every_mistake_has_a_row_on_the_page_of_conformance() -> None:
     assert [part for part, *_ in counts] == [*PARTS, "all"]
     planted = [int(mistakes) + int(harmless) for _, mistakes, harmless in counts]
     assert planted[-1] == sum(planted[:-1]) > 0
+
+
+# Supported systems
+
+
+def test_the_page_of_systems_is_written_from_its_rows() -> None:
+    rows = json.loads(machines.ROWS.read_text(encoding="utf-8"))
+    assert machines.page(rows) == machines.PAGE.read_text(encoding="utf-8")
+
+
+def test_a_row_names_the_extras_that_do_not_install() -> None:
+    """A step that the script did not reach is told apart from one that passed."""
+    seen = "system\tDebian 20\nfirst command\tpassed\nextra gl\tpassed\nextra view\tfailed\nextra web\tfailed\n"
+    row = machines.row(seen)
+    assert row["extras"] == "view, web"
+    page = machines.page({"debian20": row})
+    assert "| install, render a picture | passed |" in page
+    assert "| tests | not tried |" in page
+    assert machines.row("extra gl\tpassed\n")["extras"] == "none of 1"

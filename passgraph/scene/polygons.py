@@ -109,7 +109,8 @@ def _clipped(corners: Float64, normal: Float64) -> NDArray[np.int64]:
     up = np.cross(normal, across)
     up /= max(float(np.linalg.norm(up)), 1e-300)
     flat = np.stack([corners @ across, corners @ up], axis=1)
-    cut = mapbox_earcut.triangulate_float64(flat, np.array([len(flat)], np.uint32)).astype(np.int64).reshape(-1, 3)
+    triangles = mapbox_earcut.triangulate_float64(flat, np.array([len(flat)], np.uint32))
+    cut: NDArray[np.int64] = triangles.astype(np.int64).reshape(-1, 3)
     x, y = flat[cut, 0], flat[cut, 1]
     area = (x[:, 1] - x[:, 0]) * (y[:, 2] - y[:, 0]) - (x[:, 2] - x[:, 0]) * (y[:, 1] - y[:, 0])
     cut[area < 0.0] = cut[area < 0.0][:, ::-1]
