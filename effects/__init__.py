@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from passgraph.effects.checked import effect
     from passgraph.effects.color.auto_exposure import auto_exposure
     from passgraph.effects.color.black_and_white import black_and_white
+    from passgraph.effects.color.brightness_contrast import brightness_contrast
     from passgraph.effects.color.color_grade import color_grade
     from passgraph.effects.color.color_transform import color_transform
     from passgraph.effects.color.hue_saturation import hue_saturation
@@ -156,6 +157,7 @@ __all__ = [
     "bilateral",
     "black_and_white",
     "bloom",
+    "brightness_contrast",
     "camera_velocity",
     "cas",
     "chromatic_aberration",

@@ -469,7 +469,7 @@ def _metadata(like: str | os.PathLike[str] | Metadata | None, kind: WritableForm
 
 
 def _space(file: Path, kind: WritableFormat, color: ColorSpace | Recoded | str) -> ColorSpace | Recoded:
-    """Return a color space by its ID, with a warning if the format cannot state it; the command has told of others."""
+    """Return a color space by its ID, with a warning if the format cannot state it; the command warns about others."""
     if isinstance(color, (ColorSpace, Recoded)):
         return color
     space = ColorSpace(color, arguments.string(color, f"{file}: color"))

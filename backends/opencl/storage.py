@@ -19,7 +19,7 @@ class Storage:
     """Interleaved channels, rows from the top, without padding unless ``placement`` says otherwise; the stencil is in a
     buffer of its own.
 
-    ``lent`` is the caller's array whose memory the buffer uses for one run.  ``is_callers``: the buffer is in device
+    ``borrowed`` is the caller's array whose memory the buffer uses for one run.  ``is_callers``: the buffer is in device
     memory of the caller, or a copy of their image.
     """
 
@@ -27,7 +27,7 @@ class Storage:
     size: tuple[int, int]
     buffer: Any
     stencil: Any = None
-    lent: NDArray[Any] | None = None
+    borrowed: NDArray[Any] | None = None
     placement: Placement | None = None
     is_callers: bool = False
     released: bool = field(default=False, init=False)
@@ -39,7 +39,7 @@ class Storage:
     @property
     def is_borrowed(self) -> bool:
         """Return True if it is valid for one run only, so no reference may be kept."""
-        return self.lent is not None or self.is_callers
+        return self.borrowed is not None or self.is_callers
 
     @cached_property
     def layout(self) -> ImageLayout:

@@ -96,23 +96,23 @@ SMALL = 1 << 14
 
 def adopted(backend: OpenCLBackend, array: Any, format_: Format) -> Storage | None:
     """Return memory of the caller as a storage until the run ends; None outside of a run, or if it does not fit."""
-    if not backend.is_cpu or backend.lent is None or not isinstance(array, np.ndarray):
+    if not backend.is_cpu or backend.borrowed is None or not isinstance(array, np.ndarray):
         return None
     plain = array.dtype == np.dtype(format_.number) and array.flags.c_contiguous and array.flags.aligned
     if not plain or format_.stencil or array.nbytes > backend.max_bytes:
         return None
     place, size = (array.ctypes.data, array.nbytes), (array.shape[1], array.shape[0])
-    earlier = backend.lent.get(place)
+    earlier = backend.borrowed.get(place)
     if earlier is not None and (earlier.format, earlier.size) == (format_, size):
         return earlier
     # OpenCL guarantees nothing about two buffers over one memory.
-    if any(start < sum(place) and place[0] < start + length for start, length in backend.lent):
+    if any(start < sum(place) and place[0] < start + length for start, length in backend.borrowed):
         return None
     buffer = _buffer_over(backend, array)
     if buffer is None:
         return None
-    storage = Storage(format_, size, buffer, lent=array)
-    backend.lent[place] = storage
+    storage = Storage(format_, size, buffer, borrowed=array)
+    backend.borrowed[place] = storage
     return storage
 
 
@@ -147,16 +147,16 @@ class Running:
         self.backend = backend
 
     def __enter__(self) -> None:
-        self.outer, self.backend.lent = self.backend.lent, {}
+        self.outer, self.backend.borrowed = self.backend.borrowed, {}
 
     def __exit__(self, *_: object) -> None:
         backend = self.backend
-        adopted_storages, backend.lent = backend.lent, self.outer
+        adopted_storages, backend.borrowed = backend.borrowed, self.outer
         for storage in (adopted_storages or {}).values():
             storage.released = True
             with backend.reported("giving a picture back"):
-                assert storage.lent is not None
-                _give_back(backend, storage.buffer, storage.lent)
+                assert storage.borrowed is not None
+                _give_back(backend, storage.buffer, storage.borrowed)
 
 
 # Copied
@@ -188,12 +188,12 @@ def send(backend: OpenCLBackend, storage: Storage, numbers: NDArray[Any]) -> Non
 def receive(backend: OpenCLBackend, storage: Storage, into: NDArray[Any]) -> None:
     """Download a storage into an array: as values for float32, else unconverted."""
     format_, destination = storage.format, shaped(into, storage)
-    if storage.lent is not None and storage.released:
+    if storage.borrowed is not None and storage.released:
         # The run is over: its results are already in the caller's array.
         if into.dtype == np.float32:
-            values_into(destination, storage.lent, format_)
+            values_into(destination, storage.borrowed, format_)
         else:
-            np.copyto(destination, storage.lent)
+            np.copyto(destination, storage.borrowed)
         return
     if into.dtype != np.float32 or format_.number == "f4":
         _fetch(backend, storage.buffer, destination, format_.number)

@@ -296,10 +296,10 @@ class _Run(transfers.Running):
 
     def __exit__(self, *error: object) -> None:
         try:
-            if self.backend.lent:
+            if self.backend.borrowed:
                 transfers.Running.__exit__(self, *error)
             else:
-                self.backend.lent = self.outer
+                self.backend.borrowed = self.outer
         finally:
             self.backend.end()
 

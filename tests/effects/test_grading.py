@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import cv2
 import numpy as np
 import PyOpenColorIO as ocio
 import pytest
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from skimage.color import xyz_tristimulus_values
 
 import passgraph as pg
-from passgraph.effects import black_and_white, color_grade, hue_saturation, sepia
+from passgraph.effects import black_and_white, brightness_contrast, color_grade, hue_saturation, sepia
 from passgraph.effects.color.color_grade import XYZ_FROM_RGB
 from tests.agreement import assert_within_bounds
 from tests.conftest import DEVICES
@@ -223,6 +224,22 @@ def test_a_turn_there_and_back_is_nearly_nothing() -> None:
     np.testing.assert_allclose(gray, shown(black_and_white(FRAME, weights), frame=picture), atol=1e-3)
 
 
-@pytest.mark.parametrize("made", [hue_saturation(FRAME, 2.0, 1.5), sepia(FRAME, 0.5)], ids=lambda made: made.name)
+@every_backend
+def test_brightness_and_contrast_are_those_of_opencv(backend_name: str) -> None:
+    """OpenCV scales and adds in bytes, and rounds: contrast * (brightness * c - 0.5) + 0.5."""
+    picture = np.random.default_rng(4).integers(60, 200, (9, 13, 4), np.uint8)
+    brightness, contrast = 1.1, 0.75
+    made = brightness_contrast(pg.Input("photo", "rgba8"), brightness, pg.Value("contrast", default=contrast))
+    result = shown(made, backend_name, photo=picture) * 255.0
+    expected = cv2.convertScaleAbs(picture, alpha=brightness * contrast, beta=0.5 * (1.0 - contrast) * 255.0)
+    assert np.abs(result[..., :3] - expected[..., :3]).max() <= 0.5001
+    np.testing.assert_allclose(result[..., 3], picture[..., 3], atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    "made",
+    [hue_saturation(FRAME, 2.0, 1.5), sepia(FRAME, 0.5), brightness_contrast(FRAME, 1.3, 0.4)],
+    ids=lambda made: made.name,
+)
 def test_color_matrices_within_bounds_of_the_reference(made: pg.Target) -> None:
     assert_within_bounds(made, frame=hdr_picture((17, 31)))

@@ -1,8 +1,8 @@
 """
-Hue, saturation and sepia
-=========================
+Brightness, contrast, hue, saturation and sepia
+===============================================
 
-Color matrices on encoded values, as the CSS filters ``hue-rotate``, ``saturate`` and ``sepia`` define them.
+Simple adjustments of encoded values, as the CSS filters of these names define them.
 """
 
 from math import tau
@@ -10,10 +10,11 @@ from math import tau
 from skimage import data
 
 import passgraph as pg
-from passgraph.effects import hue_saturation, sepia
+from passgraph.effects import brightness_contrast, hue_saturation, sepia
 
 photo = pg.Input("photo")
 shown = {
+    "brightness 1.2, contrast 1.5": brightness_contrast(photo, brightness=1.2, contrast=1.5),
     "hue, a third of a turn": hue_saturation(photo, hue_rad=tau / 3),
     "saturation 2": hue_saturation(photo, saturation=2.0),
     "sepia": sepia(photo),

@@ -61,6 +61,7 @@ VARIANTS: dict[str, list[dict[str, Any]]] = {
     "distance-field": [{"signed": True, "reach_px": 15}],
     "dither": [{}, {"pattern": "gradient-noise"}, {"pattern": "blue-noise"}],
     "halftone": [{}, {"colored": False}],
+    "brightness-contrast": [{"brightness": 1.2, "contrast": 1.5}],
     "hue-saturation": [{"hue_rad": 1.0, "saturation": 1.5}],
     "depth-of-field": [
         {"focus_distance": 3.0, "f_number": 1.0, "focal_length_mm": 200.0, "taps": 8, "widest_px": 8, **shape}

@@ -137,7 +137,7 @@ def _copy(source: Target, into: TargetSpec) -> Target:
 
 
 def _size_sources(node: Pass) -> list[Target]:
-    """Return the targets that lend their sizes to a pass's targets."""
+    """Return the targets whose sizes decide that of a pass's targets."""
     return [spec.size.other for spec in node.writes if isinstance(spec.size, (Like, Blocks))]
 
 
