@@ -19,8 +19,8 @@ class Storage:
     """Interleaved channels, rows from the top, without padding unless ``placement`` says otherwise; the stencil is in a
     buffer of its own.
 
-    ``borrowed`` is the caller's array whose memory the buffer uses for one run.  ``is_callers``: the buffer is in device
-    memory of the caller, or a copy of their image.
+    ``borrowed`` is the caller's array whose memory the buffer uses for one run.  ``is_callers``: the buffer is in
+    device memory of the caller, or a copy of their image.
     """
 
     format: Format

@@ -64,7 +64,7 @@ class Light:
     ----------
     kind : "directional", "point" or "spot"
     position : world, scene units; a directional light ignores it
-    direction : world unit vector along which the light travels; a point light ignores it
+    direction : world unit vector from the light into the scene; a point light ignores it
     color : linear RGB, each 0 or more
     intensity : 0 or more, scene-linear. A white diffuse surface that faces the light shows
         ``color * intensity``: everywhere for a directional light, at distance 1 for the others, which fall
