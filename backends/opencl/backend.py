@@ -121,7 +121,7 @@ class OpenCLBackend(DriverBackend):
         self.alive: dict[int, Any] = {}  # every live buffer, by its id
         self.scratch: dict[str, Any] = {}  # buffers shared by draws, by purpose; they only grow
         #: Storages in memory of the caller, by address and length, during a run.
-        self.borrowed: dict[tuple[int, int], Storage] | None = None
+        self.borrowed_arrays: dict[tuple[int, int], Storage] | None = None
         self.moves: dict[tuple[ImageLayout, ImageLayout], Any] = Recent(MOST_LAYOUTS)  # kernels by layouts
         #: Alignment in bytes of a sub-buffer's start.
         self.alignment = max(1, int(self.device.mem_base_addr_align) // 8)

@@ -96,23 +96,23 @@ SMALL = 1 << 14
 
 def adopted(backend: OpenCLBackend, array: Any, format_: Format) -> Storage | None:
     """Return memory of the caller as a storage until the run ends; None outside of a run, or if it does not fit."""
-    if not backend.is_cpu or backend.borrowed is None or not isinstance(array, np.ndarray):
+    if not backend.is_cpu or backend.borrowed_arrays is None or not isinstance(array, np.ndarray):
         return None
     plain = array.dtype == np.dtype(format_.number) and array.flags.c_contiguous and array.flags.aligned
     if not plain or format_.stencil or array.nbytes > backend.max_bytes:
         return None
     place, size = (array.ctypes.data, array.nbytes), (array.shape[1], array.shape[0])
-    earlier = backend.borrowed.get(place)
+    earlier = backend.borrowed_arrays.get(place)
     if earlier is not None and (earlier.format, earlier.size) == (format_, size):
         return earlier
     # OpenCL guarantees nothing about two buffers over one memory.
-    if any(start < sum(place) and place[0] < start + length for start, length in backend.borrowed):
+    if any(start < sum(place) and place[0] < start + length for start, length in backend.borrowed_arrays):
         return None
     buffer = _buffer_over(backend, array)
     if buffer is None:
         return None
     storage = Storage(format_, size, buffer, borrowed=array)
-    backend.borrowed[place] = storage
+    backend.borrowed_arrays[place] = storage
     return storage
 
 
@@ -147,11 +147,11 @@ class Running:
         self.backend = backend
 
     def __enter__(self) -> None:
-        self.outer, self.backend.borrowed = self.backend.borrowed, {}
+        self.outer, self.backend.borrowed_arrays = self.backend.borrowed_arrays, {}
 
     def __exit__(self, *_: object) -> None:
         backend = self.backend
-        adopted_storages, backend.borrowed = backend.borrowed, self.outer
+        adopted_storages, backend.borrowed_arrays = backend.borrowed_arrays, self.outer
         for storage in (adopted_storages or {}).values():
             storage.released = True
             with backend.reported("giving a picture back"):

@@ -296,10 +296,10 @@ class _Run(transfers.Running):
 
     def __exit__(self, *error: object) -> None:
         try:
-            if self.backend.borrowed:
+            if self.backend.borrowed_arrays:
                 transfers.Running.__exit__(self, *error)
             else:
-                self.backend.borrowed = self.outer
+                self.backend.borrowed_arrays = self.outer
         finally:
             self.backend.end()
 

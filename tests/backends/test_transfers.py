@@ -108,7 +108,7 @@ def test_what_was_lent_is_given_back_when_a_run_fails(opencl: OpenCLBackend, mon
             with pytest.raises(ZeroDivisionError):
                 program(frame=picture())
         assert len(opencl.alive) == alive
-        assert opencl.borrowed is None
+        assert opencl.borrowed_arrays is None
         np.testing.assert_array_equal(
             program(into={"out": np.empty_like(picture())}, frame=picture(2))["out"], picture(2)
         )
