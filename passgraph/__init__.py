@@ -105,11 +105,14 @@ def __getattr__(name: str) -> Any:
         return import_module(_MODULES[name])
     if name in _LATER:
         value = getattr(import_module(_LATER[name]), name)
-    elif name in __all__:
-        modules = [import_module(f"passgraph.language.{module}") for module in _LANGUAGE]
-        value = next(getattr(module, name) for module in modules if name in module.__all__)
     else:
-        raise AttributeError(f"module 'passgraph' has no attribute {name!r}")
+        modules = (
+            [] if name.startswith("_") else [import_module(f"passgraph.language.{module}") for module in _LANGUAGE]
+        )
+        found = [getattr(module, name) for module in modules if name in getattr(module, "__all__", vars(module))]
+        if not found:
+            raise AttributeError(f"module 'passgraph' has no attribute {name!r}")
+        value = found[0]
     if name != "graph":
         globals()[name] = value
     return value
