@@ -39,7 +39,7 @@ HEAD = """# Supported systems
 
 `bash tests/machines.sh NAME` tries one system and writes its column; `python docs/machines.py` writes this page.
 
-Each system is a fresh Debian with its own Python and drivers. passgraph is installed as [README](../README.md)
+Each system is a fresh Debian with its own Python and drivers. passgraph is installed as the README
 says, and both of its commands run there. Then the [conformance suite](conformance.md) (`--quick`) runs on each
 backend, a video is written and read, the viewer is opened in Chromium, and each extra is installed, without a compiler.
 

@@ -12,11 +12,13 @@
 from __future__ import annotations
 
 import sys
+from functools import cache
 from importlib import import_module
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from passgraph import interrupts
+from passgraph.forking import importing
 
 if interrupts.is_command():  # before the imports that take long
     interrupts.install()
@@ -62,26 +64,32 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 
-#: Names by the module that defines them; it is imported at the first use of one, so that importing passgraph is fast.
+#: Names of kernels, graphs and programs by the module that defines them. All are imported at the first use of one, so
+#: that a command that needs none, such as --help, starts fast.
+_CORE = {
+    "errors": "BackendError DeviceMissingError GraphError InputError KernelError PassgraphError",
+    "graph.calls": "fragment kernel vertex",
+    "graph.draw_state": "Blend Stencil",
+    "graph.drawing": "draw",
+    "graph.run_values": "FRAME_INDEX OUTPUT_SIZE Derived Value combine",
+    "graph.targets": "Input Target TargetSpec previous target",
+    "language.kernel": "function struct",
+    "plan.data": "Options",
+    "ranges": "Range",
+    "run.compile": "compile",
+    "run.program": "Program",
+    "run.result": "Result",
+}
+#: Modules of the kernel language, whose names are those of a star import.
+_LANGUAGE = ("functions", "primitives", "symbols", "vectors", "whole_numbers")
+#: Names that are imported one by one.
 _LATER = {
     name: f"passgraph.{module}"
     for module, names in {
-        "errors": "BackendError DeviceMissingError GraphError InputError KernelError PassgraphError",
         "files.program_folder": "load_program",
         "files.run": "frames",
-        "graph.calls": "fragment graph kernel vertex",
-        "graph.draw_state": "Blend Stencil",
-        "graph.drawing": "draw",
         "graph.reductions": "histogram reduce",
-        "graph.run_values": "FRAME_INDEX OUTPUT_SIZE Derived Value combine",
-        "graph.targets": "Input Target TargetSpec previous target",
-        "language.kernel": "function struct",
         "pictures": "load save",
-        "plan.data": "Options",
-        "ranges": "Range",
-        "run.compile": "compile",
-        "run.program": "Program",
-        "run.result": "Result",
         "scene": "Camera HardwareDepth Light Material Mesh Node Scene Texture",
         "serialize": "from_data to_data",
         "shaders.shader_file": "load_shader",
@@ -93,10 +101,21 @@ _LATER = {
     }.items()
     for name in names.split()
 }
-#: Modules of the kernel language, whose names are listed below.
-_LANGUAGE = ("functions", "primitives", "symbols", "vectors", "whole_numbers")
 #: Modules under a shorter name.
 _MODULES = {"gl": "passgraph.hosts.gl", "opencl": "passgraph.hosts.opencl", "webgpu": "passgraph.hosts.webgpu"}
+
+
+@cache
+def _core() -> dict[str, Any]:
+    """Import the core and return its names."""
+    found = dict[str, Any]()
+    for module in (import_module(f"passgraph.language.{name}") for name in _LANGUAGE):
+        public = getattr(module, "__all__", None) or [name for name in vars(module) if not name.startswith("_")]
+        found |= {name: getattr(module, name) for name in public}
+    for path, names in _CORE.items():
+        module = import_module(f"passgraph.{path}")
+        found |= {name: getattr(module, name) for name in names.split()}
+    return found
 
 
 def __getattr__(name: str) -> Any:
@@ -104,18 +123,14 @@ def __getattr__(name: str) -> Any:
     if name in _MODULES:
         return import_module(_MODULES[name])
     if name in _LATER:
-        value = getattr(import_module(_LATER[name]), name)
-    else:
-        modules = (
-            [] if name.startswith("_") else [import_module(f"passgraph.language.{module}") for module in _LANGUAGE]
-        )
-        found = [getattr(module, name) for module in modules if name in getattr(module, "__all__", vars(module))]
-        if not found:
-            raise AttributeError(f"module 'passgraph' has no attribute {name!r}")
-        value = found[0]
-    if name != "graph":
-        globals()[name] = value
-    return value
+        value = globals()[name] = getattr(import_module(_LATER[name]), name)
+        return value
+    if not name.startswith("_"):
+        with importing:
+            globals().update(_core())
+    if name in globals():
+        return globals()[name]
+    raise AttributeError(f"module 'passgraph' has no attribute {name!r}")
 
 
 class _Package(ModuleType):
@@ -123,7 +138,7 @@ class _Package(ModuleType):
 
     @property
     def graph(self) -> Any:
-        return __getattr__("graph")
+        return import_module("passgraph.graph.calls").graph
 
     @graph.setter
     def graph(self, package: ModuleType) -> None:

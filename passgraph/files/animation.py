@@ -71,7 +71,6 @@ class Animation:
     rate : frames a second on average
     time_base : the unit of ``pts`` and ``duration`` in a frame's metadata, in seconds
     plays : how often the animation plays, 0 for endlessly
-    picture_metadata : the color profile, for pictures that are made of its frames
 
     Raises
     ------

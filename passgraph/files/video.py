@@ -93,7 +93,6 @@ class Video:
     rate : frames a second on average, or None
     time_base : the unit of ``pts`` in a frame's metadata, in seconds
     matrix, colour_range, primaries, transfer : color tags of the file, as in libavutil; `ToVideo` keeps them
-    picture_metadata : those of pictures that are made of its frames
     is_interlaced : True if a frame is two fields; they are read as one picture, with a warning
     chroma : where samples of subsampled chroma lie, such as "left"
     hdr, is_turned : HDR10's static metadata, and True if frames are turned by 90°, from the first frame on

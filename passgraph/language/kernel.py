@@ -7,7 +7,6 @@ import dataclasses
 import inspect
 import os
 import sys
-import threading
 import types as pytypes
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -16,6 +15,7 @@ from typing import Any, Self, TypeVar, cast, dataclass_transform
 from passgraph.arguments import one_of, shown
 from passgraph.cached import cached_property
 from passgraph.errors import KernelError, PassgraphError
+from passgraph.forking import importing
 from passgraph.language import ir
 from passgraph.language.native import MATH, Math
 from passgraph.language.scope import TEXT_NAMES, FunctionSource, KnownTable, Scope, python_scope, text_scope
@@ -25,11 +25,6 @@ from passgraph.language.source import Source, fail, source_from_text, source_of,
 T = TypeVar("T")
 #: Folder of this package's own kernels.
 _OURS = f"{Path(__file__).parents[1]}{os.sep}"
-
-#: Held while a kernel is parsed, and during a fork, so that a child does not inherit a half-imported parser.
-_parsing = threading.RLock()
-if hasattr(os, "register_at_fork"):
-    os.register_at_fork(before=_parsing.acquire, after_in_parent=_parsing.release, after_in_child=_parsing.release)
 
 
 class Kernel:
@@ -55,7 +50,7 @@ class Kernel:
     @cached_property
     def _parsed(self) -> tuple[ir.TypedKernel, Mapping[FunctionSource, Scope]]:
         assert self.definition is not None
-        with _parsing:
+        with importing:
             # Importing this package does not import the parser.
             from passgraph.language.parse import parse_with_scopes
 
