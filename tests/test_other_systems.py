@@ -10,13 +10,14 @@ import pytest
 
 root = Path(__file__).resolve().parent.parent
 
-#: What Python has on Unix alone, by its documentation ("Availability: Unix"). Not os.statvfs, which `shutil` uses here.
+#: What Python has on Unix alone, by its documentation ("Availability: Unix"). Not os.statvfs and O_NONBLOCK, which
+#: `shutil` uses here.
 MODULES = ("fcntl", "grp", "pwd", "resource", "termios", "tty", "pty", "syslog")
 OS_NAMES = (
     "fork", "register_at_fork", "getuid", "geteuid", "getgid", "getegid", "getpgid", "setsid", "killpg", "fchown",
     "chown", "lchown", "mkfifo", "memfd_create", "MFD_CLOEXEC", "sched_getaffinity", "sched_setaffinity", "sysconf",
     "confstr", "pread", "pwrite", "readv", "writev", "posix_fallocate", "posix_fadvise", "sendfile", "uname",
-    "getloadavg", "nice", "openpty", "wait4", "O_DIRECTORY", "O_NOFOLLOW", "O_NONBLOCK", "O_CLOEXEC", "O_PATH",
+    "getloadavg", "nice", "openpty", "wait4", "O_DIRECTORY", "O_NOFOLLOW", "O_CLOEXEC", "O_PATH",
     "O_TMPFILE", "O_DIRECT", "RTLD_NOLOAD", "RTLD_LAZY", "RTLD_NOW", "RTLD_GLOBAL", "WNOHANG",
 )  # fmt: skip
 SIGNALS = ("SIGPIPE", "SIGHUP", "SIGALRM", "SIGKILL", "SIGUSR1", "SIGUSR2", "SIGCHLD", "SIGWINCH", "setitimer")

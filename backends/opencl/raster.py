@@ -43,8 +43,9 @@ class DeviceMesh:
     def _upload(self, array: Any, what: str) -> Any:
         buffer = self.backend.allocate(array.nbytes, f"the {what} of a mesh of {self.vertex_count:,} vertices")
         self.backend.free_with(self, buffer)
-        with self.backend.reported(f"uploading {what}"):
-            self.backend.cl.enqueue_copy(self.backend.queue, buffer, array, is_blocking=True)
+        if array.nbytes:  # OpenCL has no copy of nothing (PoCL 3.1 accepts one, PoCL 6 does not)
+            with self.backend.reported(f"uploading {what}"):
+                self.backend.cl.enqueue_copy(self.backend.queue, buffer, array, is_blocking=True)
         return buffer
 
 

@@ -25,6 +25,8 @@ def stored(isolation: str, has: dict[str, object], display: str = "") -> str:
     command = [sys.executable, "-m", "tests.host.windows", isolation, json.dumps(has)]
     environment = {**os.environ, "PYTHONPATH": str(root), "DISPLAY": display}
     ran = subprocess.run(command, capture_output=True, text=True, check=False, cwd=root, env=environment, timeout=200)
+    if "NoSuchConfigException" in ran.stderr:
+        pytest.skip("a window of this kind: the display has none (Mesa 25 offers no four samples)")
     assert ran.returncode == 0, ran.stdout + ran.stderr
     made: str = json.loads(ran.stdout.splitlines()[-1])[0]
     return made
