@@ -14,6 +14,7 @@ from __future__ import annotations
 import sys
 from functools import cache
 from importlib import import_module
+from importlib.util import find_spec
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
@@ -125,7 +126,8 @@ def __getattr__(name: str) -> Any:
     if name in _LATER:
         value = globals()[name] = getattr(import_module(_LATER[name]), name)
         return value
-    if not name.startswith("_"):
+    # `from passgraph import arguments` asks for the name first, then imports the module of that name.
+    if name in __all__ or not (name.startswith("_") or find_spec(f"passgraph.{name}")):
         with importing:
             globals().update(_core())
     if name in globals():

@@ -169,3 +169,11 @@ def test_import_loads_no_driver_and_no_compiler() -> None:
     }  # fmt: skip
     loaded = run_python("import passgraph, sys; print(*sys.modules)").split()
     assert heavy & set(loaded) == set()
+
+
+@pytest.mark.parametrize(
+    "module", ["arguments", "effects", "files.run", "graph.targets", "language.ir", "plan.data", "run.program", "scene"]
+)
+def test_a_module_can_be_the_first_that_is_imported(module: str) -> None:
+    """Names of the package are imported at their first use, which must not need the module that asks for one."""
+    subprocess.run([sys.executable, "-c", f"import passgraph.{module}"], check=True, timeout=60)
