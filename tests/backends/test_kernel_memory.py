@@ -10,7 +10,7 @@ import pytest
 
 from tests.conftest import require
 
-pytestmark = pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="memory of a process is told by /proc")
+pytestmark = pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="it reads /proc/self/statm")
 
 #: The first kernels fill caches of fixed size.  What malloc keeps for later is given back before memory is read; the
 #: least of three is taken, as PoCL may still hold 50 MB of its compiler.
