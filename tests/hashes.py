@@ -23,8 +23,6 @@ import numpy as np
 import passgraph as pg
 from passgraph.backends.base import Backend
 from passgraph.backends.registry import open_backend
-from passgraph.plan.data import Options
-from passgraph.run.compile import compile
 from passgraph.verify.conformance import Case, cases
 
 #: (width, height) of other pictures: smaller than the reach of most filters, and no multiple of a block of lanes.
@@ -57,7 +55,7 @@ def outputs_hash(case: Case, backend: Backend) -> str:
     """Return the hash of all outputs after each frame, or the kind of error if the case cannot run."""
     digest = hashlib.sha256()
     try:
-        with compile(dict(case.graph()), backend, case.size, Options()) as program:
+        with pg.compile(dict(case.graph()), backend=backend, size=case.size, non_finite="keep") as program:
             for frame in case.frames:
                 program.run(**frame)
                 for name, picture in sorted(program.read().items()):
