@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from passgraph.glsl import syntax as g
 from passgraph.glsl.builtins import BUILTINS, overloads
 from passgraph.glsl.elsewhere import elsewhere, mending
-from passgraph.glsl.glsl_parser import TYPES
+from passgraph.glsl.expression_parser import TYPES
 from passgraph.glsl.operators import cost_of, fitted, plain
 from passgraph.glsl.places import Place, place_of, read_place
 from passgraph.language import ir
@@ -89,7 +89,8 @@ class Calls:
 
     def _near(self, name: str) -> str:
         unit = self.body.unit
-        return mending(name, (*unit.functions, *unit.structs, *BUILTINS, *TYPES))
+        structs = [known for known, binding in unit.names.items() if isinstance(binding, Struct)]
+        return mending(name, (*unit.functions, *structs, *BUILTINS, *TYPES))
 
     def _arguments(self, node: g.Call, candidates: list[g.Function]) -> list[Part | Place]:
         """Evaluate the arguments: values, and places for parameters that the function may write to."""

@@ -56,8 +56,10 @@ class Body:
                 return binding
         return None
 
-    def lookup(self, name: str, span: Span) -> Binding:
+    def lookup(self, name: str, span: Span) -> Slot | Known:
+        """Return the value of a name."""
         value = self.find(name)
+        assert not isinstance(value, Struct)  # the parser reads a struct's name as a type
         if value is None and name in self.unit.values:
             value = Known(Body(self.unit).expressions.part(self.unit.values[name]), "a value of the host")
         if value is None and name in STAGE:
@@ -109,7 +111,9 @@ class Body:
 
     def type_of(self, written: g.TypeName, span: Span, sides: Sequence[int] = ()) -> Type:
         """Return a declared type; ``sides`` are the lengths of the initial value, for open ones."""
-        return self.array_of(self.unit.plain_type(written.name, span), written.lengths, span, sides)
+        struct = self.find(written.name)
+        plain = struct if isinstance(struct, Struct) else self.unit.plain_type(written.name, span)
+        return self.array_of(plain, written.lengths, span, sides)
 
     def array_of(self, type_: Type, lengths: Sequence[g.Expr | None], span: Span, sides: Sequence[int] = ()) -> Type:
         """Return an array of a type, or the type itself without lengths."""
@@ -142,7 +146,8 @@ class Body:
     def declare_struct(self, node: g.Struct) -> None:
         """Declare a struct; its name is visible from here on."""
         fields = tuple((v.name, self.type_of(v.type, v.type.span)) for v in node.fields)
-        self.unit.structs[node.name] = checked_struct(Struct(node.name, fields), node.span)
+        self._check_new(node.name, node.span)
+        self.bind(node.name, checked_struct(Struct(node.name, fields), node.span))
 
     # Variables
 

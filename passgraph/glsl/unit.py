@@ -55,7 +55,8 @@ class Known:
     what: str
 
 
-Binding: TypeAlias = Slot | Known
+#: What a name means: a value, or a struct.
+Binding: TypeAlias = Slot | Known | Struct
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,6 @@ class Unit:
     )  # file names of the container's text, whose uniforms become parameters only if they are used
     builder: Builder = field(default_factory=lambda: Builder("pixel"))
     functions: dict[str, list[g.Function]] = field(default_factory=dict)
-    structs: dict[str, Struct] = field(default_factory=dict)
     #: The place of each function among the declarations of the shader; and where its first declaration is.
     defined_at: dict[g.Function, int] = field(default_factory=dict)
     declared_at: dict[g.Function, int] = field(default_factory=dict)
@@ -152,9 +152,7 @@ class Unit:
     # Types
 
     def plain_type(self, name: str, span: Span) -> Type:
-        """Return the type of a name."""
-        if name in self.structs:
-            return self.structs[name]
+        """Return a built-in type."""
         if name in _PICTURES:
             return IMAGE
         type_ = NAMED.get(SQUARE.get(name, name))

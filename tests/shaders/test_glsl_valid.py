@@ -39,6 +39,24 @@ out vec4 o;
 #if BOTH && !defined(SECOND)
 void main() { o = vec4(1.0, gl_FragCoord.x, 0.0, 1.0); }
 #endif""",
+    "a variable named like a struct": """
+struct S { float v; }; out vec4 o; float f(S S, float y) { return S.v + y; }
+float g(S S) { float b; { struct S { vec2 w; }; b = S(vec2(1.0, 7.0)).w.y; } return b + S.v; }
+void main() { S S = S(gl_FragCoord.x); float b; for (int S = 0; S < 3; S++) b = float(S);
+o = vec4(f(S, 1.0), S.v, b, g(S)); }""",
+    "a struct of one block": """
+out vec4 o; struct S { float v; }; void main() { float a = gl_FragCoord.x; { struct S { float w, x; };
+S s = S(a, 2.0); a = s.w * s.x; } S t = S(a); if (true) { struct T { S s; }; T u = T(t); a = u.s.v + 1.0; }
+o = vec4(a, t.v, 0.0, 1.0); }""",
+    "lines that go on inside of a word": """
+#def\\
+ine TWICE(x) (x \\
+  * 2.0)
+out vec4 o; void main() { fl\\
+oat foo = gl_Frag\\
+Coord.x; // a comment \\ foo = 7.0;
+o = vec4(TWICE(fo\\
+o), foo, 0.0, 1.0); }""",
     "limits are constants": """
 out vec4 o; void main() { float a[gl_MaxDrawBuffers > 3 ? 2 : 1]; a[1] = gl_FragCoord.x;
 o = vec4(a[1], float(a.length()), 0.0, 1.0); }""",
@@ -80,6 +98,15 @@ def test_a_switch_has_each_label_once(cases: str, said: str) -> None:
     text = f"void main() {{ float x = 0.0; switch (int(gl_FragCoord.x)) {{\n {cases} }} gl_FragColor = vec4(x); }}"
     with pytest.raises(KernelError, match=re.escape(said)):
         parse(text)
+
+
+def test_an_error_behind_a_continued_word_shows_its_own_line() -> None:
+    text = "void main() {\n    float a\\\nb = 1.0; float\\\n c = ab + unknown;\n    gl_FragColor = vec4(c);\n}"
+    with pytest.raises(KernelError) as raised:
+        parse(text)
+    assert str(raised.value) == (
+        "<shader>:4: 'unknown' is not defined here; declare it before\n     c = ab + unknown;\n              ^^^^^^^"
+    )
 
 
 @pytest.mark.parametrize("condition", ["defined", "defined(", "defined(A", "defined 1"])

@@ -94,7 +94,7 @@ def _cases(file: Path, start: str) -> Iterator[Case]:
         elif word == "expect":
             case.expects = next_text
         elif word == "both":
-            case.both = tokens[at]["text"]
+            case.both = tokens[at]["text"].replace("\\\\", "\\")  # as the suite's own parser reads it
         elif word == "values":
             end = next(k for k in range(at, len(tokens)) if tokens[k].group() == "}")
             case.values += _values([token.group() for token in tokens[at + 1 : end]])
