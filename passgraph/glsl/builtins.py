@@ -18,7 +18,7 @@ from passgraph.language.operations import OPERATIONS, called
 from passgraph.language.source import Span, fail
 from passgraph.language.types import BOOL, FLOAT, INT, UINT, Array, Matrix, Scalar, Vector, element_of
 from passgraph.language.typing_rules import apply
-from passgraph.language.values import Part, TupleValue, construct, convert, folded, index_into, select
+from passgraph.language.values import Part, TupleValue, construct, convert, folded, index_into, select, settled
 
 _WORD = re.compile(r"\w+")
 
@@ -44,6 +44,18 @@ genType modf(genType x, out genType whole) { whole = trunc(x); return pg_rest(x)
 genType frexp(genType x, out genIType exponent) { exponent = pg_exponent(x); return pg_mantissa(x); }
 genUType uaddCarry(genUType x, genUType y, out genUType carry) { carry = genUType(lessThan(x + y, x)); return x + y; }
 genUType usubBorrow(genUType x, genUType y, out genUType borrow) { borrow = genUType(lessThan(x, y)); return x - y; }
+void umulExtended(genUType x, genUType y, out genUType msb, out genUType lsb) {
+    genUType a = x >> 16u, b = x & 65535u, c = y >> 16u, d = y & 65535u;
+    genUType one = a * d + ((b * d) >> 16u), other = b * c + (one & 65535u);
+    msb = a * c + (one >> 16u) + (other >> 16u);
+    lsb = x * y;
+}
+void imulExtended(genIType x, genIType y, out genIType msb, out genIType lsb) {
+    genUType high, low;
+    umulExtended(genUType(x), genUType(y), high, low);
+    msb = genIType(high) - (x >> 31 & y) - (y >> 31 & x);
+    lsb = x * y;
+}
 """
 _SCALAR = """
 vec4 textureGatherOffset(sampler2D s, vec2 P, ivec2 offset, int c) {
@@ -99,7 +111,7 @@ def overloads(unit: Unit, name: str, place: int = END) -> tuple[g.Function, ...]
 
 def _row(name: str, unit: Unit, parts: list[Part], span: Span) -> Part:
     """Apply a row of the table, by its name there."""
-    arguments = [plain(part, span, f"an argument of {name}()") for part in parts]
+    arguments = [plain(settled(part), span, f"an argument of {name}()") for part in parts]
     if set(OPERATIONS[name].operands if name in OPERATIONS else ()) == {"N"}:
         arguments = whole_numbers_alike(arguments, span)
     written = written_function(name, [a.type for a in arguments])

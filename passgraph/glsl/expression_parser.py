@@ -20,7 +20,8 @@ E = TypeVar("E", bound=g.Node)
 #: Built-in types. Samplers are pictures; unsupported ones raise an error where they are used.
 TYPES = frozenset(
     ["void", "bool", "int", "uint", "float", "double", "sampler2D", "sampler2DRect", "sampler1D", "sampler3D",
-     "samplerCube", "sampler2DShadow", "sampler2DArray", "isampler2D", "usampler2D", "samplerExternalOES"]
+     "samplerCube", "sampler2DShadow", "sampler2DArray", "isampler2D", "usampler2D", "samplerExternalOES",
+     "gl_DepthRangeParameters"]
     + [f"{p}vec{n}" for p in ("", "b", "i", "u", "d") for n in (2, 3, 4)]
     + [f"{p}mat{n}" for p in ("", "d") for n in (2, 3, 4)]
     + [f"{p}mat{n}x{m}" for p in ("", "d") for n in (2, 3, 4) for m in (2, 3, 4)]

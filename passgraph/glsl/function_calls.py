@@ -148,21 +148,26 @@ class Calls:
         return settled(construct(type_, self._trimmed(type_, values, span), span, self.body.builder.name_it))
 
     def _trimmed(self, type_: Scalar | Vector | Matrix, values: list[ir.Expr], span: Span) -> list[ir.Expr]:
-        """Return a constructor's arguments without superfluous components.
+        """Return a constructor's arguments without the components of the last one that are not needed.
 
-        These are components of the last argument, or all but the needed ones of a single argument. Matrices in a
-        vector's constructor are split into columns.
+        Matrices in another type's constructor are split into columns (GLSL 3.30, section 5.4.2).
         """
-        if len(values) == 1 and isinstance(type_, Matrix):
+        matrices = [value for value in values if isinstance(value.type, Matrix)]
+        if isinstance(type_, Matrix) and matrices:
+            if len(values) > 1:
+                fail(span, f"{type_}() takes one matrix, or numbers and vectors, got both")
             return values
-        flat = [part for value in values for part in self._columns(value, span)]
-        count = component_count(type_)
-        before = sum(component_count(value.type) for value in flat[:-1])
-        if len(values) == 1 and before >= count:
-            flat, before = flat[:1], 0
-        last = flat[-1] if flat else None
-        if last is not None and isinstance(last.type, Vector) and before < count < before + last.type.size:
-            flat[-1] = swizzle(last, "xyzw"[: count - before], span)
+        flat: list[ir.Expr] = []
+        missing = component_count(type_)
+        for value in values:
+            if not missing:
+                fail(span, f"{type_}() takes {component_count(type_)} components, got another argument behind them")
+            for column in self._columns(value, span):
+                count = min(component_count(column.type), missing)
+                if count:
+                    is_whole = count == component_count(column.type)
+                    flat.append(column if is_whole else swizzle(column, "xyzw"[:count], span))
+                missing -= count
         return flat
 
     def _columns(self, value: ir.Expr, span: Span) -> list[ir.Expr]:

@@ -11,20 +11,21 @@ from passgraph.glsl.builtins import overloads
 from passgraph.glsl.elsewhere import elsewhere, mending
 from passgraph.glsl.glsl_expressions import Expressions
 from passgraph.glsl.glsl_statements import Statements
-from passgraph.glsl.image_functions import STAGE
 from passgraph.glsl.operators import fitted
 from passgraph.glsl.places import Place, read_place, write_place
+from passgraph.glsl.stage_values import STAGE
 from passgraph.glsl.unit import BEFORE, END, Binding, Known, Slot, Unit, holds_pictures
-from passgraph.glsl.walk import assigned_names, leaves_function, sides_written
+from passgraph.glsl.walk import assigned_names, is_open, leaves_function, sides_written
 from passgraph.language import ir
 from passgraph.language.assignments import new_variable, read_variable
+from passgraph.language.composites import mapped
 from passgraph.language.function_body import MAX_CALL_DEPTH
 from passgraph.language.long_arrays import check_local
 from passgraph.language.signature import checked_struct
 from passgraph.language.source import Span, fail
 from passgraph.language.statements import Exit
 from passgraph.language.types import INT, Struct, Type, part_count, sides_of
-from passgraph.language.values import ImageValue, Part, TupleValue, constant, folded, type_of
+from passgraph.language.values import ArrayValue, Part, StructValue, TupleValue, constant, folded, type_of
 
 #: Length of ``gl_FragData``.
 _MAX_OUTPUTS = 8
@@ -104,7 +105,8 @@ class Body:
     def _check_new(self, name: str, span: Span) -> None:
         """Raise KernelError for a name that its scope has already; a block's scope includes parameters and counters."""
         head = self.scopes[-2] if len(self.scopes) - 1 in self.heads else {}
-        if self.scopes and (name in self.scopes[-1] or name in head):
+        before = self.scopes[-1].get(name, head.get(name)) if self.scopes else None
+        if before is not None and not (isinstance(before, Slot) and before.is_open):
             fail(span, f"{name} is declared already in this scope; give it another name, or assign to it")
 
     # Types
@@ -129,7 +131,8 @@ class Body:
         """Return the type of a declared variable and its initial value, from which open lengths are taken."""
         written, value = variable.type, variable.value
         if value is None or isinstance(value, g.Braces) or None not in written.lengths:
-            type_ = self.type_of(written, written.span, sides_written(value))
+            sides = self.unit.open_length(variable) if value is None else sides_written(value)
+            type_ = self.type_of(written, written.span, sides)
             return type_, None if value is None else self.expressions.initial(value, type_)
         part = self.expressions.part(value)
         return self.type_of(
@@ -170,10 +173,10 @@ class Body:
             if "const" in node.qualifiers or is_constant:
                 if part is None:
                     fail(span, f"const {variable.name} needs a value")
-                part = part if not isinstance(part, ir.Expr) else constant(part)
-                self.bind(variable.name, Known(self.builder.name_part(part, span, keep_locals=False), "const"))
+                self.bind(variable.name, Known(self._kept(part, span), "const"))
                 continue
             slot = self.new_slot(variable.name, type_, written=part is not None)
+            slot.is_open = is_open(variable)
             if part is None:
                 self.builder.clear(slot.variable)
             else:
@@ -182,6 +185,18 @@ class Body:
 
     def new_slot(self, name: str, type_: Type, *, written: bool) -> Slot:
         return self.unit.slot(new_variable(type_, self.builder.fresh(name)), written=written)
+
+    def _kept(self, part: Part, span: Span) -> Part:
+        """Name a value that does not change; known numbers stay, since lengths of arrays and labels depend on them."""
+        if isinstance(part, ir.Local):
+            return self.builder.name_it(part, span, keep_locals=False)
+        if isinstance(part, StructValue):
+            return StructValue(part.struct, {name: self._kept(value, span) for name, value in part.fields.items()})
+        if isinstance(part, ArrayValue):
+            part = ArrayValue(part.type, mapped(part.parts, constant), part.first)
+        elif isinstance(part, ir.Expr) and (known := constant(part)) is not part:
+            return known
+        return self.builder.name_part(part, span, keep_locals=False)
 
     # Calls
 
@@ -201,7 +216,8 @@ class Body:
         if result is not None:
             check_local(result, f"the result of {function.name}", function.result.span)
         inner = Body(self.unit, function.name, result, place)
-        inner.scopes, inner.heads = [{}], {1}
+        # In GLSL ES 1.00 the body is a scope of its own, whose names may hide parameters (section 4.2.2).
+        inner.scopes, inner.heads = [{}], set() if self.unit.dialect.version == 100 else {1}
         written = assigned_names(function.body, partial(overloads, self.unit))
         types = self.signature(function)
         for parameter, argument, type_ in zip(function.parameters, arguments, types, strict=True):
@@ -239,8 +255,7 @@ class Body:
         part = read_place(self, argument) if isinstance(argument, Place) else argument
         part = fitted(part, type_, span, what)
         if fixed and parameter.passed == "in":
-            value = constant(part) if not isinstance(part, ImageValue) and isinstance(part, ir.Expr) else part
-            self.bind(parameter.name, Known(self.builder.name_part(value, span, keep_locals=False), "a parameter"))
+            self.bind(parameter.name, Known(self._kept(part, span), "a parameter"))
             return
         slot = self.new_slot(parameter.name, type_, written=True)
         self.builder.store(slot.variable, part, span, what)

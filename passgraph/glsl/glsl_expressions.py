@@ -166,14 +166,19 @@ class Expressions:
         builder.emit(ir.If(needed, (*block, ir.Assign(name, right, span)), (), span))
         return result
 
-    def _choice(self, node: g.Choice) -> Part:
+    def _choice(self, node: g.Choice) -> Part | None:
         span, unit, builder = node.span, self.body.unit, self.body.builder
         condition = self.condition(node.condition)
         if isinstance(condition, ir.Literal):
             return self._chosen(node.then, node.orelse) if condition.value else self._chosen(node.orelse, node.then)
         condition = builder.name_it(condition, span, keep_locals=False)
-        then_block, then = unit.captured(lambda: self.part(node.then), span)
-        else_block, orelse = unit.captured(lambda: self.part(node.orelse), span)
+        then_block, then = unit.captured(lambda: self.evaluate(node.then), span)
+        else_block, orelse = unit.captured(lambda: self.evaluate(node.orelse), span)
+        if then is None and orelse is None:
+            builder.emit(ir.If(condition, then_block, else_block, span))
+            return None
+        if then is None or orelse is None:
+            fail(span, "both sides of ? : must have one type, got a void function on one of them")
         if not isinstance(then, COMPOSITE) and not isinstance(orelse, COMPOSITE):
             then, orelse = whole_numbers_alike([then, orelse], span)
             then, orelse = unify(then, orelse, span, "both sides of ? :")
@@ -191,13 +196,13 @@ class Expressions:
         builder.emit(ir.If(condition, then_block + stores[0], else_block + stores[1], span))
         return read_variable(result, span)
 
-    def _chosen(self, node: g.Expr, other: g.Expr) -> Part:
+    def _chosen(self, node: g.Expr, other: g.Expr) -> Part | None:
         """Return the side of ``? :`` that a constant selects.
 
         The other side is lowered only for its type, since shaders select between large variants.
         """
-        switched = self.part(node)
-        if isinstance(switched, COMPOSITE) or not isinstance(switched.type, (Scalar, Vector)):
+        switched = self.evaluate(node)
+        if switched is None or isinstance(switched, COMPOSITE) or not isinstance(switched.type, (Scalar, Vector)):
             return switched
         if element_of(switched.type) not in (INT, UINT):
             return switched  # the other side cannot change its type

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 
 from passgraph.glsl.operators import as_int, plain
-from passgraph.glsl.unit import Native, NativeValue, Unit
+from passgraph.glsl.unit import Native, Unit
 from passgraph.language import ir
 from passgraph.language.function_body import inlined
 from passgraph.language.image_reads import attribute, is_first
@@ -185,64 +185,6 @@ READS: dict[str, Native] = {
     "textureQueryLevels": _levels,
     "textureQueryLod": _query_lod,
     "textureQueryLOD": _query_lod,
-}
-
-
-def fragment(unit: Unit, span: Span, from_top: bool = False, whole: bool = False) -> Part:
-    """Return ``gl_FragCoord``: the center of this pixel, as the shader counts rows, or with rows ``from_top``.
-
-    Centers have halves, or are ``whole`` (GLSL 3.30, section 4.3.8.1).
-    """
-    half, one = ir.Literal(FLOAT, 0.5, span), ir.Literal(FLOAT, 1.0, span)
-    place = [apply("to_float", [one], span) for one in pixel_place(unit, span, from_top)]
-    centre = place if whole else [apply("add", [one, half], span) for one in place]
-    return ir.Construct(VEC4, (*centre, half, one), span)
-
-
-def pixel_place(unit: Unit, span: Span, from_top: bool = False) -> tuple[ir.Expr, ir.Expr]:
-    """Return column and row of this pixel, as the shader counts them, or with rows ``from_top``."""
-    pixel, size = ir.Builtin(IVEC2, "pixel", span), ir.Builtin(IVEC2, "output_size", span)
-    x, y = (ir.Swizzle(INT, pixel, (i,), span) for i in (0, 1))
-    if from_top or not unit.rows_up:
-        return x, y
-    rows = apply("sub", [ir.Swizzle(INT, size, (1,), span), ir.Literal(INT, 1, span)], span)
-    return x, apply("sub", [rows, y], span)
-
-
-def output_size(unit: Unit, span: Span) -> Part:
-    """Return width and height of the target, in pixels, as vec2."""
-    return apply("to_float", [ir.Builtin(IVEC2, "output_size", span)], span)
-
-
-def position(unit: Unit, span: Span) -> Part:
-    """Return this pixel's center in the picture, from (0, 0) at the bottom left to (1, 1) at the top right."""
-    fragment_position = fragment(unit, span)
-    assert isinstance(fragment_position, ir.Construct)
-    centre = ir.Construct(VEC2, fragment_position.arguments[:2], span)
-    return apply("div", [centre, output_size(unit, span)], span)  # type: ignore[list-item]
-
-
-#: Limits that GLSL ES 3.00 guarantees (section 7.3).
-LIMITS = {
-    "gl_MaxVertexAttribs": 16, "gl_MaxVertexUniformVectors": 256, "gl_MaxVertexOutputVectors": 16,
-    "gl_MaxFragmentInputVectors": 15, "gl_MaxVaryingVectors": 8, "gl_MaxVertexTextureImageUnits": 16,
-    "gl_MaxCombinedTextureImageUnits": 32, "gl_MaxTextureImageUnits": 16, "gl_MaxFragmentUniformVectors": 224,
-    "gl_MaxDrawBuffers": 8, "gl_MinProgramTexelOffset": -8, "gl_MaxProgramTexelOffset": 7,
-}  # fmt: skip
-
-
-def _limit(number: int, unit: Unit, span: Span) -> Part:
-    return ir.Literal(INT, number, span)
-
-
-#: Built-in values of fragment shaders, and two for preludes of containers.
-STAGE: dict[str, NativeValue] = {
-    "gl_FragCoord": fragment,
-    "gl_FrontFacing": lambda unit, span: ir.Literal(BOOL, True, span),
-    "gl_PointCoord": position,
-    **{name: partial(_limit, number) for name, number in LIMITS.items()},
-    "pg_position": position,
-    "pg_output_size": output_size,
 }
 
 

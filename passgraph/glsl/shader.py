@@ -7,6 +7,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache, partial
 from pathlib import Path
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 from passgraph.errors import KernelError
@@ -15,13 +16,14 @@ from passgraph.glsl.builtins import overloads
 from passgraph.glsl.dialect import Dialect
 from passgraph.glsl.glsl_body import Body
 from passgraph.glsl.glsl_parser import Parser
-from passgraph.glsl.image_functions import STAGE, fragment, position
 from passgraph.glsl.operators import fitted, type_of_part
 from passgraph.glsl.preprocess import preprocessed
+from passgraph.glsl.stage_values import DEPTH_RANGE, STAGE, TEXTURE_COORDINATES, fragment, position, texture_coordinates
 from passgraph.glsl.unit import BEFORE, END, SQUARE, Known, Note, Slot, Uniform, Unit, holds_pictures
-from passgraph.glsl.walk import assigned_names, sides_written
+from passgraph.glsl.walk import assigned_names, is_open, sides_written
 from passgraph.language import ir
 from passgraph.language.assignments import Place, Variable
+from passgraph.language.composites import entry
 from passgraph.language.function_body import KEPT
 from passgraph.language.long_arrays import check_local, check_reads, check_sizes
 from passgraph.language.parse import parameter_value
@@ -30,6 +32,7 @@ from passgraph.language.source import Span, fail, place_in
 from passgraph.language.types import (
     BOOL,
     FLOAT,
+    INT,
     VEC2,
     VEC4,
     Array,
@@ -87,7 +90,7 @@ def _named(node: g.Outer) -> Iterator[tuple[str, Span, str]]:
         variables = node.fields if isinstance(node, g.Interface) else node.variables
         is_uniform = bool(node.qualifiers & {"uniform", "buffer"})
         for variable in variables:
-            if not variable.name.startswith("gl_"):
+            if not variable.name.startswith("gl_") and not is_open(variable):
                 yield variable.name, variable.span, "a uniform" if is_uniform else "a variable"
 
 
@@ -133,7 +136,8 @@ def _check_apart(names: Iterable[g.Variable | g.Parameter]) -> None:
 def declare_uniforms(body: Body, node: g.Declaration) -> None:
     """Declare the uniforms of a statement."""
     for variable in node.variables:
-        type_ = body.type_of(variable.type, variable.type.span, sides_written(variable.value))
+        sides = sides_written(variable.value) or body.unit.open_length(variable)
+        type_ = body.type_of(variable.type, variable.type.span, sides)
         if variable.name in body.unit.values and variable.span.file not in body.unit.around:
             _declare_host_value(body, variable, type_)
             continue
@@ -222,7 +226,12 @@ def _count_parts(body: Body, uniform: Uniform) -> None:
 
 
 def _host(part: Part, span: Span) -> object:
-    """Return a known value in the host's representation."""
+    """Return a known value in the host's representation: structs as objects with attributes, their arrays as lists."""
+    if isinstance(part, StructValue):
+        return SimpleNamespace(**{name: _host(value, span) for name, value in part.fields.items()})
+    if isinstance(part, ArrayValue):
+        at = [ir.Literal(INT, i, span) for i in range(part.type.length)]
+        return [_host(entry(part, i, span, lambda value, _: value), span) for i in at]
     value = part if isinstance(part, COMPOSITE) else constant(part)
     if isinstance(value, ir.Literal):
         return value.value
@@ -235,11 +244,15 @@ def declare_inputs(body: Body, node: g.Declaration) -> None:
     """Declare inputs from the vertex stage: a container's by name; else a vec2 is the position in the picture."""
     for variable in node.variables:
         name, span, unit = variable.name, variable.span, body.unit
-        type_ = body.type_of(variable.type, variable.type.span)
+        open_length = (TEXTURE_COORDINATES,) if name == "gl_TexCoord" else ()
+        type_ = body.type_of(variable.type, variable.type.span, open_length)
         if isinstance(unit.names.get(name), Slot):
             continue  # a variable that a container's prelude writes
         if name == "gl_FragCoord":
             part = fragment(unit, span, "origin_upper_left" in node.layout, "pixel_center_integer" in node.layout)
+            body.bind(name, Known(fitted(part, type_, span, name), "an input"))
+        elif name == "gl_TexCoord" and isinstance(type_, Array) and type_.length <= TEXTURE_COORDINATES:
+            part = texture_coordinates(unit, span, type_.length)
             body.bind(name, Known(fitted(part, type_, span, name), "an input"))
         elif name in STAGE:
             part = fitted(STAGE[name](unit, span), type_, span, name)
@@ -353,8 +366,9 @@ def parse_shader(source: ShaderText, folder: Path | None = None, levels: frozens
         tokens, reader = preprocessed(pieces, source.defines, folder, source.included, around)
         for token in [t for t in tokens if t.text in ("lowp", "mediump")][:1]:
             unit.note(token.span, f"{token.text} has 32 bits here, and fewer on some devices")
-        dialect = Dialect(reader.version, reader.es)
-        program, uniforms = _program(Parser(tokens, file, dialect).shader(), unit, source)
+        unit.dialect = Dialect(reader.version, reader.es)
+        unit.tree = tuple(Parser(tokens, file, unit.dialect).shader())
+        program, uniforms = _program(unit.tree, unit, source)
     except RecursionError:
         raise KernelError(f"{file}: the shader nests too deeply") from None
     notes = tuple(sorted(unit.notes.values(), key=lambda note: (note.span.file, note.span.line)))
@@ -374,7 +388,7 @@ def _expression(text: str, file: str) -> g.Expr:
     return Parser(tokens, file).expression()
 
 
-def _program(tree: list[g.Outer], unit: Unit, source: ShaderText) -> tuple[ir.TypedKernel, tuple[Uniform, ...]]:
+def _program(tree: tuple[g.Outer, ...], unit: Unit, source: ShaderText) -> tuple[ir.TypedKernel, tuple[Uniform, ...]]:
     """Return the typed kernel, and its parameters with their declarations."""
     check_declared_once(tree, unit.around)
     name, entry = source.name, source.entry
@@ -404,7 +418,7 @@ def _program(tree: list[g.Outer], unit: Unit, source: ShaderText) -> tuple[ir.Ty
     return ir.TypedKernel(name, "pixel", parameters, statements, results, None, main.span), uniforms
 
 
-def _declared(tree: list[g.Outer], body: Body) -> list[tuple[str, Slot]]:
+def _declared(tree: tuple[g.Outer, ...], body: Body) -> list[tuple[str, Slot]]:
     """Execute the declarations outside of functions; return the declared outputs, in the order of their locations."""
     outputs: list[tuple[int, str, Slot]] = []
     body.place = BEFORE
@@ -412,10 +426,11 @@ def _declared(tree: list[g.Outer], body: Body) -> list[tuple[str, Slot]]:
         slot = body.new_slot(name, VEC4, written=True)
         body.builder.clear(slot.variable)
         body.bind(name, slot)
+    body.bind(DEPTH_RANGE.name, DEPTH_RANGE)
     depth = body.new_slot("gl_FragDepth", FLOAT, written=True)
     body.builder.clear(depth.variable)
     body.bind("gl_FragDepth", depth)  # ignored, since a pass over a picture has no depth
-    written, names = assigned_names(tuple(tree), partial(overloads, body.unit)), _uniform_names(tree)
+    written, names = assigned_names(tree, partial(overloads, body.unit)), _uniform_names(tree)
     for body.place, node in enumerate(tree):
         if isinstance(node, g.Struct):
             body.declare_struct(node)

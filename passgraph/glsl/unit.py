@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TypeAlias, TypeVar
 
 from passgraph.glsl import syntax as g
+from passgraph.glsl.dialect import Dialect
 from passgraph.glsl.operators import fitted
+from passgraph.glsl.walk import largest_indices
 from passgraph.language import ir
 from passgraph.language.assignments import Place, Variable
 from passgraph.language.function_body import Builder
@@ -45,6 +48,7 @@ class Slot:
     variable: Variable
     born: int
     written: bool = False
+    is_open: bool = False  # an array whose length may be declared later
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,6 +89,8 @@ class Unit:
     around: frozenset[str] = (
         frozenset()
     )  # file names of the container's text, whose uniforms become parameters only if they are used
+    dialect: Dialect = field(default_factory=Dialect)
+    tree: tuple[g.Outer, ...] = ()
     builder: Builder = field(default_factory=lambda: Builder("pixel"))
     functions: dict[str, list[g.Function]] = field(default_factory=dict)
     #: The place of each function among the declarations of the shader; and where its first declaration is.
@@ -109,6 +115,19 @@ class Unit:
     counters: dict[tuple[str, int], Range] = field(default_factory=dict)
     #: The oldest variable written since the last reset, by the count of names at its declaration.
     oldest_write: int = _NEVER
+
+    @cached_property
+    def largest_indices(self) -> dict[str, int]:
+        """Return the largest literal index of each name, anywhere in the shader."""
+        return largest_indices(self.tree)
+
+    def open_length(self, variable: g.Variable) -> tuple[int, ...]:
+        """Return the length of an array that is declared with ``[]`` and no value: enough for its literal indices.
+
+        GLSL ES has no such arrays (ES 3.00, section 4.1.9; GLSL 3.30, section 4.1.9).
+        """
+        known = self.largest_indices.get(variable.name)
+        return () if known is None or self.dialect.es or variable.value is not None else (known + 1,)
 
     def turned(self, read: str) -> str:
         """Return the library function that reads with the shader's direction of rows."""

@@ -30,6 +30,20 @@ def sides_written(value: g.Expr | None) -> tuple[int, ...]:
     return tuple(sides)
 
 
+def largest_indices(node: object) -> dict[str, int]:
+    """Return the largest literal index of each name in a part of the tree."""
+    largest: dict[str, int] = {}
+    for one in walked(node):
+        if isinstance(one, g.Subscript) and isinstance(one.base, g.Name) and isinstance(one.index, g.Number):
+            largest[one.base.name] = max(largest.get(one.base.name, 0), int(one.index.value))
+    return largest
+
+
+def is_open(variable: g.Variable) -> bool:
+    """Return True for an array without length and value, which another declaration may give a length."""
+    return variable.type.lengths[:1] == (None,) and variable.value is None
+
+
 def leaves_function(node: g.Statement, answers: dict[g.Statement, bool]) -> bool:
     """Return True if a statement contains a return or discard; ``answers`` caches results of nested statements."""
     if node not in answers:

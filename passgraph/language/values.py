@@ -385,7 +385,9 @@ def settled(part: Part) -> Part:
 
     Floats stay, since their computation is rounded at run time.
     """
-    return constant(part) if isinstance(part, ir.Apply) and _element(part.type) != FLOAT.name else part
+    if not isinstance(part, (ir.Apply, ir.Index, ir.Swizzle)) or _element(part.type) == FLOAT.name:
+        return part
+    return constant(part)
 
 
 def decided(condition: ir.Expr) -> ir.Expr:

@@ -57,6 +57,28 @@ oat foo = gl_Frag\\
 Coord.x; // a comment \\ foo = 7.0;
 o = vec4(TWICE(fo\\
 o), foo, 0.0, 1.0); }""",
+    "void functions in ? :": """
+out vec4 o; int k = 0; void f(int x) { k += x; } void g() { k += 100; } void main() {
+gl_FragCoord.x > 1.0 ? f(3) : g(); true ? f(1) : g(); (k > 50 ? f(20) : g()); o = vec4(float(k), 0.0, 0.0, 1.0); }""",
+    "constructors take what they need of a matrix": """
+out vec4 o; void main() { mat3 m = mat3(1, 2, 3, 4, 5, 6, 7, 8, gl_FragCoord.x);
+o = vec4(vec4(m).w, vec3(5.0, m).z, float(m), float(ivec4(m).y)) + vec4(mat2(m[0], m[2])); }""",
+    "the range of depths": """
+out vec4 o; void main() { gl_DepthRangeParameters r = gl_DepthRange;
+o = vec4(r.near, gl_DepthRange.far, r.diff, gl_FragCoord.x); }""",
+    "products of 64 bits": """
+out vec4 o; void main() { uint x = 4000000000u - uint(gl_FragCoord.x) * 77777u, high, low; ivec2 up, down;
+umulExtended(x, 3735928559u, high, low); ivec2 y = ivec2(-int(x >> 2u), -5);
+imulExtended(y, ivec2(2147483647, 1 + int(gl_FragCoord.x)), up, down);
+o = vec4(float(high >> 8u), float(low >> 8u), float(up.x >> 8) + float(up.y), float(down.x >> 8) + float(down.y)); }""",
+    "a uniform with a struct as its value": """
+struct T { vec2 w; int n[2]; mat2 m; }; struct S { float v; T t[2]; }; uniform S s = S(3.0, T[2](
+T(vec2(1.0, 2.0), int[2](3, 4), mat2(1.0)), T(vec2(5.0, 6.0), int[2](7, 8), mat2(1.0, 2.0, 3.0, 4.0))));
+out vec4 o; void main() { o = vec4(s.v, s.t[0].w.y, s.t[1].n[0], s.t[1].m[1][0]) + gl_FragCoord.x; }""",
+    "labels from constants in structs": """
+struct T { vec4 v; }; struct S { T t; int a[2]; }; out vec4 o; void main() { const S s = S(T(vec4(1.0)), int[2](3, 0));
+float c[s.a[0]]; c[2] = 0.0; switch (int(gl_FragCoord.x)) { case ivec2(s.t.v.xy).x: c[2] = 5.0; break;
+case clamp(min(s.a[0], 2), 2, 6): c[2] = 6.0; break; case s.a[1]: c[2] = 7.0; } o = vec4(c[2]); }""",
     "limits are constants": """
 out vec4 o; void main() { float a[gl_MaxDrawBuffers > 3 ? 2 : 1]; a[1] = gl_FragCoord.x;
 o = vec4(a[1], float(a.length()), 0.0, 1.0); }""",
@@ -96,6 +118,78 @@ def test_a_line_in_a_macro_is_where_its_call_ends() -> None:
 )
 def test_a_switch_has_each_label_once(cases: str, said: str) -> None:
     text = f"void main() {{ float x = 0.0; switch (int(gl_FragCoord.x)) {{\n {cases} }} gl_FragColor = vec4(x); }}"
+    with pytest.raises(KernelError, match=re.escape(said)):
+        parse(text)
+
+
+OLDER = {
+    "an array whose indices say its length": """#version 120
+vec2 a[]; vec2 b[]; void main() { float c[]; c[2] = 3.0; float c[3] = float[](0.0, 1.0, 7.0);
+a[3].y = gl_FragCoord.x; b[3] = abs(a[3]); gl_FragColor = vec4(c[2], b[3].y, 0.0, 1.0); }""",
+    "a variable with the name of a later type": """#version 110
+void main() { float mat4x2 = gl_FragCoord.x; gl_FragColor = vec4(mat4x2, 0.0, 0.0, 1.0); }""",
+}
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("name", OLDER)
+def test_valid_shaders_of_older_versions_give_what_the_driver_gives(name: str, there: Original) -> None:
+    expected = there.run(OLDER[name], (3, 1), {}, {}, head="")
+    with pg.compile(pg.kernel(glsl=OLDER[name])(into=pg.target("r", "rgba32f", size=(3, 1)))) as program:
+        assert np.array_equal(program()["r"], expected)
+
+
+def test_a_variable_hides_a_parameter_in_the_first_version_for_devices() -> None:
+    """GLSL ES 1.00, section 4.2.2, and the Khronos suite; Mesa refuses it."""
+    text = "#version 100\nprecision highp float; float f(float x) { float x = 7.0; return x; } "
+    kernel = pg.kernel(glsl=text + "void main() { gl_FragColor = vec4(f(1.0)); }")
+    with pg.compile(kernel(into=pg.target("r", "rgba32f", size=(1, 1)))) as program:
+        assert program()["r"][0, 0].tolist() == [7.0] * 4
+
+
+def test_what_fixed_functions_hand_on_is_what_opengl_begins_with() -> None:
+    text = """#version 120
+varying vec4 gl_TexCoord[2]; void main() {
+gl_FragColor = vec4(gl_TexCoord[0].xy, gl_TexCoord[1].w, gl_TexCoord[0].w) + gl_Color - gl_SecondaryColor.a; }"""
+    shader = parse(text)
+    assert [note.text for note in shader.notes] == [
+        "gl_TexCoord[0] is the position in the picture here, from (0, 0) at the bottom left to (1, 1)"
+    ]
+    for declared in ("varying vec4 gl_TexCoord[2];", "varying vec4 gl_TexCoord[];", ""):
+        kernel = pg.kernel(glsl=text.replace("varying vec4 gl_TexCoord[2];", declared))
+        with pg.compile(kernel(into=pg.target("r", "rgba32f", size=(2, 2)))) as program:
+            assert program()["r"][..., :].tolist() == [
+                [[0.25, 0.75, 1.0, 1.0], [0.75, 0.75, 1.0, 1.0]],
+                [[0.25, 0.25, 1.0, 1.0], [0.75, 0.25, 1.0, 1.0]],
+            ]
+
+
+@pytest.mark.parametrize(
+    ("value", "said"),
+    [
+        ("vec2(1.0, 2.0, 3.0)", "vec2() takes 2 components, got another argument behind them"),
+        ("vec4(mat2(1.0), 1.0)", "vec4() takes 4 components, got another argument behind them"),
+        ("mat2(mat2(1.0), 1.0)", "mat2() takes one matrix, or numbers and vectors, got both"),
+        ("(x > 1.0 ? 1.0 : f())", "both sides of ? : must have one type, got a void function on one of them"),
+        ("(x > 1.0 ? f() : f())", "a void function gives no value"),
+    ],
+)
+def test_values_that_do_not_fit(value: str, said: str) -> None:
+    with pytest.raises(KernelError, match=re.escape(said)):
+        parse(f"void f() {{}} void main() {{ float x = gl_FragCoord.x; gl_FragColor = vec4({value}[0]); }}")
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("#version 300 es\nout mediump vec4 o; void main() { float a[]; a[1] = 1.0; o = vec4(a[1]); }",
+         "the length of an array is a known whole number from 1 to"),
+        ("#version 120\nvoid main() { float a[2]; a[1] = 1.0; float a[3]; }", "a is declared already in this scope"),
+        ("#version 300 es\nout mediump vec4 o; float f(float x) { float x = 1.0; return x; } void main() { f(1.0); }",
+         "x is declared already in this scope"),
+    ],
+)  # fmt: skip
+def test_what_other_versions_have(text: str, said: str) -> None:
     with pytest.raises(KernelError, match=re.escape(said)):
         parse(text)
 
