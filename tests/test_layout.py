@@ -8,9 +8,13 @@ from __future__ import annotations
 import ast
 import json
 import os
+import re
+import shutil
 import subprocess
 import sys
+import tarfile
 import tomllib
+import zipfile
 from functools import cache
 from pathlib import Path
 
@@ -77,20 +81,48 @@ def test_skipped_tests_are_counted_by_what_they_need(tmp_path: Path) -> None:
 # Packages
 
 
-def test_pyproject_lists_the_packages_that_exist() -> None:
-    listed = tomllib.loads((root / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"]
-    assert sorted(listed) == sorted(packages())
+BUILD = """
+import sys
+from setuptools import build_meta
+print(getattr(build_meta, f"build_{sys.argv[1]}")(sys.argv[2]), file=sys.stderr)
+"""
 
 
-def test_packages_are_found_without_the_links() -> None:
-    """Git for Windows writes a symbolic link as a file of text, unless it is told otherwise."""
-    setuptools = tomllib.loads((root / "pyproject.toml").read_text())["tool"]["setuptools"]
-    folders = setuptools["package-dir"]
-    for name in setuptools["packages"]:
-        mapped = max((known for known in folders if f"{name}.".startswith(f"{known}.")), key=len)
-        folder = root.joinpath(folders[mapped], *name.removeprefix(mapped).split("."))
-        assert (folder / "__init__.py").is_file(), name
-        assert folder.resolve() == folder, f"{name} is behind a link"
+def built(kind: str, tree: Path, out: Path) -> Path:
+    """A distribution of a tree, by the build backend that pyproject.toml names."""
+    command = [sys.executable, "-W", "ignore", "-c", BUILD, kind, str(out)]
+    done = subprocess.run(command, cwd=tree, capture_output=True, text=True, check=True, timeout=120)
+    return out / done.stderr.splitlines()[-1]
+
+
+def test_distributions_hold_every_package_and_the_picture_of_the_readme(tmp_path: Path) -> None:
+    """The wheel of a checkout is that of its source distribution, which has no symbolic links and no tests."""
+    pytest.importorskip("setuptools", minversion="77")
+    tree = tmp_path / "tree"
+    for name in ("passgraph", "backends", "effects", "docs/images"):
+        ignored = shutil.ignore_patterns("__pycache__")
+        shutil.copytree(root / name, tree / name, symlinks=True, ignore=ignored)
+    for name in ("pyproject.toml", "MANIFEST.in", "README.md", "LICENSE", "CHANGELOG.md", "tests/test_layout.py"):
+        (tree / name).parent.mkdir(exist_ok=True)
+        shutil.copy(root / name, tree / name)
+    with tarfile.open(built("sdist", tree, tmp_path)) as archive:
+        archive.extractall(tmp_path, filter="data")
+        members = {member.name.partition("/")[2]: member for member in archive.getmembers()}
+    assert set(re.findall(r"!\[.*?\]\((.*?)\)", (root / "README.md").read_text())) <= members.keys()
+    assert not any(name.startswith("tests") or member.issym() for name, member in members.items())
+    (unpacked,) = tmp_path.glob("passgraph-*/")
+    contents = []
+    for number, source in enumerate((tree, unpacked)):
+        (tmp_path / str(number)).mkdir()
+        with zipfile.ZipFile(built("wheel", source, tmp_path / str(number))) as wheel:
+            contents.append(sorted(name for name in wheel.namelist() if ".dist-info/" not in name))
+    held = {path.relative_to(root).as_posix() for path in modules().values()}
+    data = {"passgraph/py.typed", "passgraph/assets/teapot.json", "passgraph/language/functions.pyi",
+            "passgraph/backends/numpy/raster/fixed/tiles.ll", "passgraph/backends/opencl/helpers.cl",
+            "passgraph/viewer/page/page.js", "passgraph/web/page/page.js"}  # fmt: skip
+    assert held | data <= set(contents[0])
+    assert {name for name in contents[0] if name.endswith(".py")} == held
+    assert contents[0] == contents[1]
 
 
 def test_all_installs_every_option() -> None:
