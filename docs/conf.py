@@ -267,7 +267,7 @@ def function_list() -> str:
     """Every function of the kernel language: rows of the table of operations, and functions written in the language."""
     entries = {}
     for name, row in OPERATIONS.items():
-        if getattr(passgraph, name, None) is row:
+        if getattr(passgraph.language, name, None) is row:
             bound = "exact" if row.ulp == 0 else f"{row.ulp:g} ULP" + (" of the largest term" if row.of_terms else "")
             entries[f"{name}({', '.join('abcde'[: len(row.signature.split('->')[0].split())])})"] = (
                 f"{literal(row.doc)}. Types ``{row.signature}``; error bound: {bound}."
@@ -277,7 +277,7 @@ def function_list() -> str:
         parameters = ", ".join(f"{a.arg}: {ast.unparse(a.annotation)}" for a in node.args.args)
         entries[f"{symbol.name}({parameters}) -> {ast.unparse(node.returns)}"] = ast.get_docstring(node)
     body = "\n".join(f".. py:function:: {entry}\n\n   {entries[entry]}\n" for entry in sorted(entries))
-    return f"```{{eval-rst}}\n.. py:currentmodule:: passgraph\n\n{body}\n```\n"
+    return f"```{{eval-rst}}\n.. py:currentmodule:: passgraph.language\n\n{body}\n```\n"
 
 
 TYPE_NAMES = {

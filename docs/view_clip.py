@@ -23,10 +23,11 @@ from passgraph.backends.webgpu.chromium import executable
 
 ROOT = Path(__file__).parent
 EFFECT = '''import passgraph as pg
+from passgraph.language import Image, vec4
 
 
 @pg.kernel
-def tint(color: pg.Image, gain: float = 1.0, warm: float = 0.1) -> pg.vec4:
+def tint(color: Image, gain: float = 1.0, warm: float = 0.1) -> vec4:
     """Warmer light.
 
     Parameters
@@ -35,7 +36,7 @@ def tint(color: pg.Image, gain: float = 1.0, warm: float = 0.1) -> pg.vec4:
     warm : more red, less blue
     """
     lit = color[0, 0].rgb * gain
-    return pg.vec4(lit.r + warm, lit.g, lit.b - warm, 1.0)
+    return vec4(lit.r + warm, lit.g, lit.b - warm, 1.0)
 '''
 
 

@@ -18,7 +18,7 @@ from importlib.util import find_spec
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from passgraph import interrupts
+from passgraph import interrupts, language
 from passgraph.forking import importing
 
 if interrupts.is_command():  # before the imports that take long
@@ -42,12 +42,8 @@ if TYPE_CHECKING:
     from passgraph.graph.run_values import FRAME_INDEX, OUTPUT_SIZE, Derived, Value, combine
     from passgraph.graph.targets import Input, Target, TargetSpec, previous, target
     from passgraph.hosts import gl, opencl, webgpu
-    from passgraph.language.functions import *  # noqa: F403 (every name of the kernel language, here and below)
+    from passgraph.language import *  # noqa: F403 (every name of the kernel language)
     from passgraph.language.kernel import function, struct
-    from passgraph.language.primitives import *  # noqa: F403
-    from passgraph.language.symbols import *  # noqa: F403
-    from passgraph.language.vectors import *  # noqa: F403
-    from passgraph.language.whole_numbers import *  # noqa: F403
     from passgraph.pictures import load, save
     from passgraph.plan.data import Options
     from passgraph.ranges import Range
@@ -81,8 +77,6 @@ _CORE = {
     "run.program": "Program",
     "run.result": "Result",
 }
-#: Modules of the kernel language, whose names are those of a star import.
-_LANGUAGE = ("functions", "primitives", "symbols", "vectors", "whole_numbers")
 #: Names that are imported one by one.
 _LATER = {
     name: f"passgraph.{module}"
@@ -109,10 +103,7 @@ _MODULES = {"gl": "passgraph.hosts.gl", "opencl": "passgraph.hosts.opencl", "web
 @cache
 def _core() -> dict[str, Any]:
     """Import the core and return its names."""
-    found = dict[str, Any]()
-    for module in (import_module(f"passgraph.language.{name}") for name in _LANGUAGE):
-        public = getattr(module, "__all__", None) or [name for name in vars(module) if not name.startswith("_")]
-        found |= {name: getattr(module, name) for name in public}
+    found = {name: getattr(language, name) for name in language.__all__}
     for path, names in _CORE.items():
         module = import_module(f"passgraph.{path}")
         found |= {name: getattr(module, name) for name in names.split()}
@@ -162,17 +153,5 @@ __all__ = [
     "lazily_tiled", "load", "load_program", "load_shader", "map_blocks", "opencl", "previous", "reduce", "save",
     "stacked", "struct", "target", "tiled", "to_data", "vertex", "view", "webgpu",
 ]  # fmt: skip
-# Names of the kernel language, written by docs/stubs.py.
-__all__ += [
-    "Array", "Const", "Image", "Vertex", "acos", "acosh", "asin", "asinh", "atan", "atanh", "bits_from_float", "bvec2",
-    "bvec3", "bvec4", "ceil", "clamp", "cos", "cosh", "cross", "dFdx", "dFdy", "degrees", "determinant", "dfdx",
-    "dfdy", "discard", "distance", "dot", "equal", "exp", "exp2", "faceforward", "float_from_bits", "floor", "fma",
-    "fract", "fragment_depth", "frexp", "front_facing", "fwidth", "greater", "greater_equal", "inverse", "inversesqrt",
-    "isfinite", "isinf", "isnan", "ivec2", "ivec3", "ivec4", "ldexp", "length", "less", "less_equal", "log", "log10",
-    "log2", "mat2", "mat2x3", "mat2x4", "mat3", "mat3x2", "mat3x4", "mat4", "mat4x2", "mat4x3", "mix", "mod", "modf",
-    "normalize", "not_equal", "outer", "output_size", "pack_half2x16", "pack_snorm2x16", "pack_snorm4x8",
-    "pack_unorm2x16", "pack_unorm4x8", "pixel", "radians", "reflect", "refract", "saturate", "select", "sign", "sin",
-    "sinh", "smoothstep", "sqrt", "step", "tan", "tanh", "transpose", "trunc", "uint", "unpack_half2x16",
-    "unpack_snorm2x16", "unpack_snorm4x8", "unpack_unorm2x16", "unpack_unorm4x8", "uv", "uvec2", "uvec3", "uvec4",
-    "vec2", "vec3", "vec4",
-]  # fmt: skip
+# Names of kernels, which new code imports from passgraph.language: a star import of this list shadows Python's compile.
+__all__ += language.__all__

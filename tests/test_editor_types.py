@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import builtins
 import inspect
 import json
 import re
@@ -13,20 +14,22 @@ from pathlib import Path
 import pytest
 
 import passgraph as pg
-from docs.stubs import MODULES, PACKAGE, path_of, stub, with_names
+from passgraph import language
 from passgraph.language import symbols
 from passgraph.language.operations import FUNCTIONS
+from passgraph.language.stubs import MODULES, PACKAGE, path_of, stub, with_names
 
 root = Path(__file__).resolve().parent.parent
 README = next(re.finditer(r"```python\n(.*?)```", (root / "README.md").read_text(), re.DOTALL))[1]
 #: To a type checker a tuple is no vec3.
 EXAMPLE = re.sub(r"weights: vec3 = \(", "weights: vec3 = vec3(", README)
-STARRED = re.sub(r"(?m)^from passgraph import .*$", "from passgraph import *", EXAMPLE)
+STARRED = re.sub(r"(?m)^from passgraph.language import .*$", "from passgraph.language import *", EXAMPLE)
 KNOWN = """
 from typing import Literal, assert_type
-from passgraph import *
+import passgraph as pg
+from passgraph.language import *
 
-@kernel
+@pg.kernel
 def known(c: Image, v: vec2, n: ivec3, w: Array[float, Literal[3]]) -> vec4:
     p = c[0, 0]
     assert_type(w[0], float)
@@ -55,18 +58,32 @@ def known(c: Image, v: vec2, n: ivec3, w: Array[float, Literal[3]]) -> vec4:
 @pytest.mark.parametrize("module", MODULES, ids=lambda module: module.__name__.rpartition(".")[2])
 def test_stubs_are_those_of_the_table(module: object) -> None:
     text = path_of(module).read_text(encoding="utf-8")  # type: ignore[arg-type]
-    assert stub(module) == text, "a stub is older than the table of operations; run: python docs/stubs.py"  # type: ignore[arg-type]
+    assert stub(module) == text, "a stub is older than the table of operations; run: python -m passgraph.language.stubs"  # type: ignore[arg-type]
     assert all(FUNCTIONS[name].doc in text for name in module.__all__)  # type: ignore[attr-defined]
 
 
 def test_a_star_imports_the_whole_language() -> None:
     text = PACKAGE.read_text(encoding="utf-8")
-    assert with_names(text) == text, "passgraph/__init__.py is older than the language; run: python docs/stubs.py"
+    assert with_names(text) == text, "the list of names is older than the table: python -m passgraph.language.stubs"
     names: dict[str, object] = {}
-    exec("from passgraph import *", names)
+    exec("from passgraph.language import *", names)
+    assert "compile" not in names, "Python's own stays what it is"
+    every: dict[str, object] = {}
+    exec("from passgraph import *", every)
     for module in (symbols, *MODULES):
         for name in module.__all__:
-            assert names[name] is getattr(module, name) is getattr(pg, name)
+            assert names[name] is every[name] is getattr(module, name) is getattr(pg, name)
+
+
+def test_documented_names_can_be_imported() -> None:
+    """Those of the tables in docs/kernels.md, and no name of the language is a module's."""
+    page = (root / "docs" / "kernels.md").read_text(encoding="utf-8").partition("<!-- operations")[2]
+    called = {name for row in re.findall(r"(?m)^\| `(.*?)` \|", page) for name in re.findall(r"\b([a-z]\w*)\(", row)}
+    assert len(called) > 90
+    assert {name for name in called if not hasattr(builtins, name)} <= set(language.__all__)
+    with pytest.raises(AttributeError, match=r"module 'passgraph\.language' has no attribute 'lerp'"):
+        language.lerp  # type: ignore[attr-defined]  # noqa: B018
+    assert not {path.stem for path in Path(str(language.__file__)).parent.iterdir()} & set(language.__all__)
 
 
 def mypy(folder: Path, **texts: str) -> list[str]:
@@ -82,7 +99,7 @@ def mypy(folder: Path, **texts: str) -> list[str]:
 
 @pytest.mark.slow
 def test_mypy_knows_what_kernels_compute_with(tmp_path: Path) -> None:
-    assert "import *" in STARRED
+    assert "language import *" in STARRED
     wrong = KNOWN.replace("assert_type(p.r, float)", "p.nothing").replace("normalize(v)", "normalize('v')")
     found = mypy(tmp_path, example=EXAMPLE, starred=STARRED, known=KNOWN, wrong=wrong)
     assert all(line.startswith("wrong.py:") for line in found), found

@@ -29,6 +29,7 @@ from passgraph.effects.ambient.ambient_occlusion import occlusion
 from passgraph.effects.surfaces.depth_normals import depth_normals
 from passgraph.engines.attachment import Attachment
 from passgraph.hosts.gl_isolation import current_state
+from passgraph.language import Image, vec4
 
 Picture = NDArray[np.uint8]
 FOLDER = root / "docs" / "images" / "engines"
@@ -84,10 +85,10 @@ def installed(engine: str) -> str | None:
 
 
 @pg.kernel
-def dimmed(color: pg.Image, visibility: pg.Image) -> pg.vec4:
+def dimmed(color: Image, visibility: Image) -> vec4:
     """Colours times the share of light that arrives."""
     here = color[0, 0]
-    return pg.vec4(here.rgb * visibility[0, 0].r, here.a)
+    return vec4(here.rgb * visibility[0, 0].r, here.a)
 
 
 def occluded(frame: pg.Target, depth: pg.Target, camera: pg.Value, radius: float = 1.0) -> pg.Target:
@@ -97,9 +98,9 @@ def occluded(frame: pg.Target, depth: pg.Target, camera: pg.Value, radius: float
 
 
 @pg.kernel
-def shifted_inverse(color: pg.Image) -> pg.vec4:
+def shifted_inverse(color: Image) -> vec4:
     """Exact in 8 bits, and another result where a picture is upside down or off by a pixel."""
-    return pg.vec4(1.0 - color[2, 1].rgb, color[0, 0].a)
+    return vec4(1.0 - color[2, 1].rgb, color[0, 0].a)
 
 
 def inverse(frame: pg.Target) -> pg.Target:

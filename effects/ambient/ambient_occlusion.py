@@ -10,7 +10,6 @@ from typing import Annotated, Literal
 import numpy as np
 
 import passgraph as pg
-from passgraph import Const, Image, vec3, vec4
 from passgraph.effects.ambient.occlusion_filter import denoise as denoise_line
 from passgraph.effects.ambient.occlusion_filter import enlarge, linearised, linearised_half
 from passgraph.effects.ambient.occlusion_search import hemisphere_visibility, horizon_visibility
@@ -23,6 +22,7 @@ from passgraph.effects.shadows.soft_shadow import soft_shadow_passes
 from passgraph.effects.surfaces.depth_normals import depth_normals
 from passgraph.effects.surfaces.views import Casters, View
 from passgraph.effects.temporal.accumulate import MostFrames, accumulate, frame_number
+from passgraph.language import Const, Image, vec3, vec4
 
 Method = Literal["gtao", "ssao"]
 #: Limits of slices, taps and points of a search, and fractions of its radius.

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 import passgraph as pg
-from passgraph import Const, Image, clamp, discard, front_facing, mat4, pixel, vec2, vec3, vec4
 from passgraph.effects.checked import checked, effect
 from passgraph.effects.color.tone_map import tone_map
 from passgraph.effects.effect_options import picture_of
@@ -22,6 +21,21 @@ from passgraph.effects.shadows.soft_shadow import SoftShadow, soft_shadow_passes
 from passgraph.effects.surfaces.batches import merged
 from passgraph.effects.surfaces.geometry import ViewFrame, unpack_normal, view_position
 from passgraph.effects.surfaces.views import View
+from passgraph.language import (
+    Const,
+    Image,
+    Vertex,
+    clamp,
+    discard,
+    dot,
+    front_facing,
+    mat4,
+    pixel,
+    uv,
+    vec2,
+    vec3,
+    vec4,
+)
 from passgraph.scene.matrices import transform_points, translation
 
 Float64 = NDArray[np.float64]
@@ -44,7 +58,7 @@ class Layer:
 
 
 @pg.vertex
-def from_above(vertex: pg.Vertex, clip_from_local: mat4) -> Layer:
+def from_above(vertex: Vertex, clip_from_local: mat4) -> Layer:
     """The near plane is at the threshold above the floor's highest point: higher geometry is clipped."""
     return Layer(clip_from_local * vec4(vertex.position, 1.0), vertex.position.y, vertex.color)
 
@@ -263,8 +277,8 @@ def share_at(contacts: Image, place: vec2) -> vec3:
 def look_up(normals: Image, depth: Image, contacts: Image, frame: ViewFrame, map_from_view: mat4, up: vec3) -> vec4:
     """Return the map's value for pixels of the plane, which are identified by position and normal."""
     z = depth[0, 0].r
-    at = map_from_view * vec4(view_position(frame, pg.uv(), z), 1.0)
-    level = pg.dot(unpack_normal(normals[0, 0].zw), up) > 0.9
+    at = map_from_view * vec4(view_position(frame, uv(), z), 1.0)
+    level = dot(unpack_normal(normals[0, 0].zw), up) > 0.9
     # z of the map's space is scene units over the floor
     if z > 0.0 and level and abs(at.z) <= ON_FLOOR * z:
         return vec4(share_at(contacts, at.xy), 1.0)
@@ -272,7 +286,7 @@ def look_up(normals: Image, depth: Image, contacts: Image, frame: ViewFrame, map
 
 
 @pg.vertex
-def place_floor(vertex: pg.Vertex, clip_from_local: mat4, map_from_local: mat4) -> Ground:
+def place_floor(vertex: Vertex, clip_from_local: mat4, map_from_local: mat4) -> Ground:
     """Draw a height field, so that its pixels are identified however steep it is."""
     local = vec4(vertex.position, 1.0)
     return Ground(clip_from_local * local, (map_from_local * local).xy)

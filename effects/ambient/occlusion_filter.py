@@ -7,9 +7,9 @@ from __future__ import annotations
 from typing import Any
 
 import passgraph as pg
-from passgraph import Const, Image, dot, ivec2, output_size, pixel, uv, vec2, vec4
 from passgraph.effects.ambient.occlusion_search import plane_step
 from passgraph.effects.surfaces.geometry import ViewFrame, line_of_sight, linear_on_planes, pixel_step, spread
+from passgraph.language import Const, Image, dot, ivec2, output_size, pixel, uv, vec2, vec4
 
 #: The weight of a tap falls with its distance from the receiver's plane, to 0 at this fraction of the radius.
 OFF_PLANE = 0.25

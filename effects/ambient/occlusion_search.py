@@ -9,7 +9,16 @@ from math import pi
 from typing import Any
 
 import passgraph as pg
-from passgraph import (
+from passgraph.effects.surfaces.geometry import (
+    ViewFrame,
+    half_extent,
+    line_of_sight,
+    linear_on_planes,
+    pixel_step,
+    spread,
+    unpack_normal,
+)
+from passgraph.language import (
     Const,
     Image,
     acos,
@@ -34,15 +43,6 @@ from passgraph import (
     uv,
     vec2,
     vec3,
-)
-from passgraph.effects.surfaces.geometry import (
-    ViewFrame,
-    half_extent,
-    line_of_sight,
-    linear_on_planes,
-    pixel_step,
-    spread,
-    unpack_normal,
 )
 
 PI = pi

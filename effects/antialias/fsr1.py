@@ -8,12 +8,12 @@ from dataclasses import replace
 from typing import Annotated, Any
 
 import passgraph as pg
-from passgraph import Image, clamp, inversesqrt, ivec2, output_size, pixel, saturate, vec2, vec4
 from passgraph.effects.antialias.resize import sized
 from passgraph.effects.checked import effect
 from passgraph.effects.pictures.decoded import decoded
 from passgraph.effects.quantities import Share
 from passgraph.formats import FORMATS
+from passgraph.language import Image, clamp, inversesqrt, ivec2, output_size, pixel, saturate, vec2, vec4
 
 #: The twelve texels around a position, starting at the upper left one of the nearest four.
 TAPS: Any = (

@@ -9,11 +9,11 @@ from itertools import accumulate
 from typing import Annotated, Any, Literal
 
 import passgraph as pg
-from passgraph import Const, Image, clamp, dot, fract, ivec2, mix, pixel, vec3, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.color.black_and_white import REC601
 from passgraph.effects.color.tone_map import encode_srgb
 from passgraph.effects.quantities import Share
+from passgraph.language import Const, Image, clamp, dot, fract, ivec2, mix, pixel, vec3, vec4
 
 Quality = Literal["12", "39"]
 #: Preset → steps of the search along an edge to either side, texels. Luma is read after each but the last, which is the

@@ -8,10 +8,10 @@ from dataclasses import replace
 from typing import Annotated, Literal
 
 import passgraph as pg
-from passgraph import Const, Image, ivec2, output_size, pixel, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.pictures.decoded import decoded
 from passgraph.graph.targets import Like
+from passgraph.language import Const, Image, ivec2, output_size, pixel, vec4
 
 Filter = Literal["box", "bilinear", "catmull-rom", "mitchell", "lanczos3"]
 #: Filter → its reach to each side, in pixels of the smaller picture, and B and C of cubic ones.

@@ -7,12 +7,12 @@ from __future__ import annotations
 from typing import Annotated
 
 import passgraph as pg
-from passgraph import Const, Image, clamp, ivec2, ivec3, mix, pixel, sqrt, vec2, vec4
 from passgraph.effects.antialias.fxaa import perceived
 from passgraph.effects.antialias.smaa_areas import DIAGONAL, STRAIGHT, areas
 from passgraph.effects.checked import effect
 from passgraph.effects.color.black_and_white import REC709
 from passgraph.effects.quantities import Share
+from passgraph.language import Const, Image, clamp, ivec2, ivec3, mix, pixel, sqrt, vec2, vec4
 
 #: An edge next to one that is stronger by this factor does not count.
 ADAPTATION = 2.0

@@ -5,9 +5,9 @@
 from __future__ import annotations
 
 import passgraph as pg
-from passgraph import Const, Image, ivec2, pixel, vec3, vec4
 from passgraph.effects.checked import checked
 from passgraph.effects.color.tone_map import encode_srgb_wide
+from passgraph.language import Const, Image, ivec2, pixel, vec3, vec4
 
 #: Samples along each side of a pixel.
 ACROSS = 2

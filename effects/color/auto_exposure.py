@@ -7,9 +7,9 @@ from __future__ import annotations
 from typing import Annotated
 
 import passgraph as pg
-from passgraph import Image, clamp, dot, exp2, isnan, ivec2, log2, mix, vec2, vec3, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.quantities import Exposure, Share
+from passgraph.language import Image, clamp, dot, exp2, isnan, ivec2, log2, mix, vec2, vec3, vec4
 
 #: Histogram: number of bins, and the stops from middle gray to its darkest end and from end to end.
 BINS, DARKEST, STOPS = 256, -16.0, 32.0

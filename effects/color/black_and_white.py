@@ -7,8 +7,8 @@ from __future__ import annotations
 from typing import Annotated
 
 import passgraph as pg
-from passgraph import Image, dot, vec3, vec4
 from passgraph.effects.checked import effect
+from passgraph.language import Image, dot, vec3, vec4
 
 #: Luma weights of Rec. ITU-R BT.709-6, item 3.2, and of BT.601-7 for older material.
 REC709 = (0.2126, 0.7152, 0.0722)

@@ -5,9 +5,9 @@
 from __future__ import annotations
 
 import passgraph as pg
-from passgraph import Image, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.quantities import NotNegative
+from passgraph.language import Image, vec4
 
 
 @pg.kernel

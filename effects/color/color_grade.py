@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import passgraph as pg
-from passgraph import Image, dot, mat3, mix, vec3, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.color.black_and_white import REC709
 from passgraph.effects.quantities import NotNegative, combined
+from passgraph.language import Image, dot, mat3, mix, vec3, vec4
 
 #: D65, the white of Rec. 709: color temperature, and distance from the Planckian locus in CIE 1960 (u, v).
 D65_K, D65_DUV = 6504.0, 0.0032

@@ -7,9 +7,9 @@ from __future__ import annotations
 from typing import Annotated, Any
 
 import passgraph as pg
-from passgraph import Image, dot, mix, vec2, vec3, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.quantities import NotNegative, axis_of, mapped
+from passgraph.language import Image, dot, mix, vec2, vec3, vec4
 
 #: Luma, and the matrix of a quarter turn, as in SVG.
 LUMA = (0.213, 0.715, 0.072)

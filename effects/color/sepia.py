@@ -7,9 +7,9 @@ from __future__ import annotations
 from typing import Any
 
 import passgraph as pg
-from passgraph import Image, dot, mix, vec3, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.quantities import Share
+from passgraph.language import Image, dot, mix, vec3, vec4
 
 #: Weights of red, green and blue in each channel.
 BROWN: Any = ((0.393, 0.769, 0.189), (0.349, 0.686, 0.168), (0.272, 0.534, 0.131))

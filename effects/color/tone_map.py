@@ -8,10 +8,10 @@ from math import log2 as _log2
 from typing import Literal, get_args
 
 import passgraph as pg
-from passgraph import Const, Image, clamp, exp2, log2, mix, sqrt, vec3, vec4
 from passgraph.color_tags import LINEAR, SRGB, ColorSpace
 from passgraph.effects.checked import effect
 from passgraph.effects.quantities import Exposure
+from passgraph.language import Const, Image, clamp, exp2, log2, mix, sqrt, vec3, vec4
 
 Curve = Literal["linear", "reinhard", "hable", "aces", "agx", "pbr-neutral"]
 CURVES: tuple[Curve, ...] = get_args(Curve)

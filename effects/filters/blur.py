@@ -9,9 +9,9 @@ from math import ceil, exp
 from typing import Annotated, Any
 
 import passgraph as pg
-from passgraph import Const, Image, vec4
 from passgraph.effects.checked import effect
 from passgraph.formats import FORMATS
+from passgraph.language import Const, Image, vec4
 
 #: A Gaussian has 0.3 % of its weight beyond three standard deviations.
 SIGMAS = 3.0

@@ -5,10 +5,10 @@
 from __future__ import annotations
 
 import passgraph as pg
-from passgraph import Image, clamp, sqrt, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.pictures.decoded import decoded
 from passgraph.effects.quantities import Share
+from passgraph.language import Image, clamp, sqrt, vec4
 
 #: Largest weight of each of the four neighbors, as a reciprocal: for the least and the most sharpness.
 LEAST, MOST = 8.0, 5.0

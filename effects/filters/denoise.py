@@ -9,10 +9,10 @@ from math import exp as _exp
 from typing import Annotated, Any
 
 import passgraph as pg
-from passgraph import Const, Image, dot, exp, pixel, vec3, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.pictures.decoded import decoded
 from passgraph.effects.quantities import NotNegative
+from passgraph.language import Const, Image, dot, exp, pixel, vec3, vec4
 
 
 def patch_weights(radius_px: int) -> tuple[float, ...]:

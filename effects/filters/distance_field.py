@@ -7,9 +7,9 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 import passgraph as pg
-from passgraph import Const, Image, dot, pixel, sqrt, vec2, vec3, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.color.black_and_white import REC709
+from passgraph.language import Const, Image, dot, pixel, sqrt, vec2, vec3, vec4
 
 #: A position for "no shape": farther away than any picture is wide.
 NOWHERE = -1.0e6

@@ -7,8 +7,8 @@ from __future__ import annotations
 from typing import Annotated
 
 import passgraph as pg
-from passgraph import Const, Image, clamp, isfinite, ivec2, pixel, vec2, vec4
 from passgraph.effects.checked import effect
+from passgraph.language import Const, Image, clamp, isfinite, ivec2, pixel, vec2, vec4
 
 
 @pg.kernel

@@ -7,8 +7,8 @@ from __future__ import annotations
 from typing import Annotated, Any
 
 import passgraph as pg
-from passgraph import Const, Image, vec2, vec4
 from passgraph.effects.checked import effect
+from passgraph.language import Const, Image, vec2, vec4
 
 
 def _pairs(text: str) -> Any:

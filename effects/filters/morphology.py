@@ -7,8 +7,8 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 import passgraph as pg
-from passgraph import Const, Image, vec4
 from passgraph.effects.checked import effect
+from passgraph.language import Const, Image, vec4
 
 Operation = Literal["erode", "dilate", "open", "close"]
 #: For each step, True if it takes the largest numbers.

@@ -8,10 +8,10 @@ from math import cos, sin
 from typing import Annotated, Literal
 
 import passgraph as pg
-from passgraph import Array, Image, output_size, pixel, vec2, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.pictures.decoded import decoded
 from passgraph.effects.quantities import Place, Share, combined
+from passgraph.language import Array, Image, output_size, pixel, vec2, vec4
 
 #: Reads in each of two passes; the second reads means of the first.
 READS = 8

@@ -7,10 +7,10 @@ from __future__ import annotations
 from typing import Literal
 
 import passgraph as pg
-from passgraph import Image, dot, sqrt, vec3, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.color.black_and_white import REC709
 from passgraph.effects.quantities import NotNegative
+from passgraph.language import Image, dot, sqrt, vec3, vec4
 
 Weights = Literal["sobel", "scharr", "prewitt"]
 #: Weights of the middle row and of each row next to it in the mean of three differences.

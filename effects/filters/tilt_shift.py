@@ -8,11 +8,11 @@ from math import ceil
 from typing import Annotated
 
 import passgraph as pg
-from passgraph import Const, Image, dot, exp, output_size, pixel, vec2, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.filters.blur import SIGMAS
 from passgraph.effects.pictures.decoded import decoded
 from passgraph.effects.quantities import Place, Share, axis_of, mapped
+from passgraph.language import Const, Image, dot, exp, output_size, pixel, vec2, vec4
 
 #: Blurs of less than this many pixels are skipped.
 LEAST_PX = 0.1

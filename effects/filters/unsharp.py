@@ -7,11 +7,11 @@ from __future__ import annotations
 from typing import Annotated
 
 import passgraph as pg
-from passgraph import Image, clamp, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.filters.blur import gaussian_blur
 from passgraph.effects.pictures.decoded import decoded
 from passgraph.effects.quantities import NotNegative
+from passgraph.language import Image, clamp, vec4
 
 
 @pg.kernel

@@ -7,9 +7,9 @@ from __future__ import annotations
 from typing import Annotated
 
 import passgraph as pg
-from passgraph import Image, clamp, ivec2, output_size, pixel, uv, vec2, vec3, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.quantities import NotNegative
+from passgraph.language import Image, clamp, ivec2, output_size, pixel, uv, vec2, vec3, vec4
 
 #: Brightest value that glows, scene-linear: the largest float16.
 BRIGHTEST = 65504.0

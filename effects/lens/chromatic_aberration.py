@@ -7,9 +7,9 @@ from __future__ import annotations
 from typing import Annotated
 
 import passgraph as pg
-from passgraph import Const, Image, uv, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.pictures.decoded import decoded
+from passgraph.language import Const, Image, uv, vec4
 
 
 @pg.kernel

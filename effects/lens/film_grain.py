@@ -8,10 +8,10 @@ from math import ceil
 from typing import Annotated, Any
 
 import passgraph as pg
-from passgraph import Const, Image, clamp, pixel, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.filters.blur import SIGMAS, gaussian_blur, gaussian_weights
 from passgraph.effects.quantities import Share, mapped
+from passgraph.language import Const, Image, clamp, pixel, vec4
 
 #: Mean and deviation of the sum of four random bytes (variance of n equal steps: (n² - 1) / 12).
 BYTES_MEAN, BYTES_DEVIATION = 510, (4.0 * (256.0**2 - 1.0) / 12.0) ** 0.5

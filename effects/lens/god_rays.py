@@ -7,10 +7,10 @@ from __future__ import annotations
 from typing import Annotated
 
 import passgraph as pg
-from passgraph import Const, Image, dot, ivec2, pixel, uv, vec2, vec3, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.color.black_and_white import REC709
 from passgraph.effects.quantities import NotNegative, Place, Share, combined, mapped
+from passgraph.language import Const, Image, dot, ivec2, pixel, uv, vec2, vec3, vec4
 
 #: Passes over half the picture, each over the sums of the one before, and reads in each.
 PASSES, READS = 3, 6

@@ -7,10 +7,10 @@ from __future__ import annotations
 from typing import Annotated
 
 import passgraph as pg
-from passgraph import Const, Image, clamp, dot, length, output_size, pixel, vec2, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.pictures.decoded import decoded
 from passgraph.effects.quantities import mapped, tan_half
+from passgraph.language import Const, Image, clamp, dot, length, output_size, pixel, vec2, vec4
 
 #: Steps of Newton's method, each of which doubles the number of correct digits.
 STEPS = 8

@@ -7,11 +7,11 @@ from __future__ import annotations
 from typing import Annotated
 
 import passgraph as pg
-from passgraph import Const, Image, length, normalize, output_size, smoothstep, uv, vec2, vec3, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.filters.blur import gaussian_blur
 from passgraph.effects.lens.god_rays import lit_air, shining
 from passgraph.effects.quantities import NotNegative, Share
+from passgraph.language import Const, Image, length, normalize, output_size, smoothstep, uv, vec2, vec3, vec4
 
 #: Distance from the center at which ghosts vanish, relative to the picture's size; half the width of the halo, in
 #: heights.

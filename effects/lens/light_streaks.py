@@ -8,10 +8,10 @@ from math import log, pi
 from typing import Annotated
 
 import passgraph as pg
-from passgraph import Const, Image, exp, output_size, uv, vec2, vec3, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.lens.god_rays import shining
 from passgraph.effects.quantities import Color, NotNegative, axis_of, combined
+from passgraph.language import Const, Image, exp, output_size, uv, vec2, vec3, vec4
 
 #: Reads of one pass, each a stride farther than the one before.
 READS = 4

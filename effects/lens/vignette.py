@@ -7,9 +7,9 @@ from __future__ import annotations
 from typing import Annotated
 
 import passgraph as pg
-from passgraph import Image, dot, exp2, log2, output_size, pixel, vec2, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.quantities import NotNegative, mapped, tan_half
+from passgraph.language import Image, dot, exp2, log2, output_size, pixel, vec2, vec4
 
 
 @pg.kernel

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import passgraph as pg
-from passgraph import mat4, vec3, vec4
 from passgraph.effects.light2d.world import Float64, Window
+from passgraph.language import Vertex, mat4, vec3, vec4
 from passgraph.scene import Mesh
 
 
@@ -24,7 +24,7 @@ class Baked:
 
 
 @pg.vertex
-def placed(vertex: pg.Vertex, view_projection: mat4) -> Baked:
+def placed(vertex: Vertex, view_projection: mat4) -> Baked:
     """Vertex colors hold the light."""
     return Baked(view_projection * vec4(vertex.position, 1.0), vertex.color)
 

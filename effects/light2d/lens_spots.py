@@ -8,10 +8,10 @@ from collections.abc import Sequence
 from typing import Annotated
 
 import passgraph as pg
-from passgraph import Image, uv, vec2, vec4
 from passgraph.effects.checked import checked
 from passgraph.effects.light2d.light_map import light_map
 from passgraph.effects.light2d.world import Light2D, Window
+from passgraph.language import Image, uv, vec2, vec4
 
 
 @pg.kernel

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 import passgraph as pg
-from passgraph import vec4
 from passgraph.effects.checked import checked
 from passgraph.effects.light2d.penumbra import ROW_BITS, tile_light
 from passgraph.effects.light2d.world import (
@@ -25,6 +24,7 @@ from passgraph.effects.light2d.world import (
     outlines_of,
 )
 from passgraph.effects.quantities import Color
+from passgraph.language import vec4
 
 #: Most loop iterations of a kernel; walking through edges takes lights · (2 · edges + 1) · edges.
 TRIPS = 1 << 16

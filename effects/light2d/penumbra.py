@@ -5,8 +5,8 @@
 from __future__ import annotations
 
 import passgraph as pg
-from passgraph import Const, Image, atan, dot, ivec2, length, pixel, sqrt, vec2, vec3, vec4
 from passgraph.effects.pictures.stretched import Spot
+from passgraph.language import Const, Image, atan, dot, ivec2, length, pixel, sqrt, vec2, vec3, vec4
 
 #: Texels in a row of the table of lights and edges, as a power of two.
 ROW_BITS = 10

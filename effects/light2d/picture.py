@@ -7,7 +7,6 @@ from __future__ import annotations
 from typing import Literal
 
 import passgraph as pg
-from passgraph import Image, exp2, floor, ivec2, pixel, uv, vec2, vec3, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.color.tone_map import tone_map
 from passgraph.effects.lens.lens import dirt_texture, dirty_lens_bright
@@ -19,6 +18,7 @@ from passgraph.effects.light2d.world import Window
 from passgraph.effects.light2d.world_file import World2D
 from passgraph.effects.pictures.stretched import Spot, in_window, quads
 from passgraph.effects.quantities import Exposure, NotNegative, Share
+from passgraph.language import Image, exp2, floor, ivec2, pixel, uv, vec2, vec3, vec4
 
 Lens = Literal["none", "bright", "spots", "map"]
 #: Linear color of moving things.

@@ -8,12 +8,12 @@ from __future__ import annotations
 from typing import Annotated
 
 import passgraph as pg
-from passgraph import Image, floor, length, log2, saturate, uv, vec2, vec3, vec4
 from passgraph.effects.checked import checked
 from passgraph.effects.light2d.penumbra import cross2, falloff
 from passgraph.effects.light2d.sprites import shadow_of
 from passgraph.effects.light2d.world import Float64, Light2D, Window
 from passgraph.effects.pictures.stretched import Spot, drawn, in_window
+from passgraph.language import Image, floor, length, log2, saturate, uv, vec2, vec3, vec4
 
 #: A halving upsampled by splines turns a hard edge into one about this many of its texels wide: of 2, 2.25, 2.5 and 3
 #: the one nearest to the exact penumbra.

@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 import passgraph as pg
-from passgraph import Array, Image, uv, vec4
 from passgraph.effects.annotations import check_fields
 from passgraph.effects.checked import checked
 from passgraph.effects.light2d.world import Float64, Light2D, Point, Window
 from passgraph.effects.pictures.stretched import Shape, Spot, quads, shape_of
+from passgraph.language import Array, Image, Vertex, uv, vec4
 
 #: The far ends of shadows are this many times farther from the light than the edge.
 FAR = 2.0**20
@@ -202,7 +202,7 @@ def sprite_table(
 @lru_cache(maxsize=16)
 def _placed(rows: int) -> Any:
     @pg.vertex
-    def placed(vertex: pg.Vertex, clip: vec4, table: Array[vec4, rows]) -> Spot:  # pyright: ignore[reportInvalidTypeForm]
+    def placed(vertex: Vertex, clip: vec4, table: Array[vec4, rows]) -> Spot:  # pyright: ignore[reportInvalidTypeForm]
         first = min(2 * int(vertex.position.z + 0.5), rows - 2)
         axes = table[first + 1]
         pivot = table[first]

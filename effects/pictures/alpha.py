@@ -9,10 +9,10 @@ from dataclasses import replace
 from typing import Any, get_args
 
 import passgraph as pg
-from passgraph import Image, vec3, vec4
 from passgraph.arguments import one_of
 from passgraph.effects.checked import Alpha, Mark
 from passgraph.formats import FORMATS
+from passgraph.language import Image, vec3, vec4
 from passgraph.signatures import signature
 
 

@@ -5,8 +5,8 @@
 from __future__ import annotations
 
 import passgraph as pg
-from passgraph import Image, vec4
 from passgraph.effects.color.tone_map import encode_srgb_wide
+from passgraph.language import Image, vec4
 
 
 @pg.kernel

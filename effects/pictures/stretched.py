@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import passgraph as pg
-from passgraph import Image, vec2, vec4
+from passgraph.language import Image, Vertex, vec2, vec4
 
 Point = tuple[float, float]
 Float64 = NDArray[np.float64]
@@ -41,7 +41,7 @@ class Spot:
 
 
 @pg.vertex
-def in_window(vertex: pg.Vertex, clip: vec4) -> Spot:
+def in_window(vertex: Vertex, clip: vec4) -> Spot:
     """Transform homogeneous world positions to clip space; ``clip`` is (scale x, scale y, offset x, offset y)."""
     w = vertex.position.z
     x = vertex.position.x * clip.x + w * clip.z

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 import passgraph as pg
-from passgraph import Const, Image, clamp, discard, dot, exp, mat3, mat4, normalize, smoothstep, vec2, vec3, vec4
 from passgraph.effects.checked import checked, effect
 from passgraph.effects.color.tone_map import tone_map
 from passgraph.effects.effect_options import picture_of
@@ -24,6 +23,22 @@ from passgraph.effects.surfaces.batches import batches, merged
 from passgraph.effects.surfaces.engine_depth import DepthFrame, depth_frame, distance_held
 from passgraph.effects.surfaces.material_textures import addressed, texture_input, wrap_number
 from passgraph.effects.surfaces.views import LightFrame, View, view_from_world
+from passgraph.language import (
+    Const,
+    Image,
+    Vertex,
+    clamp,
+    discard,
+    dot,
+    exp,
+    mat3,
+    mat4,
+    normalize,
+    smoothstep,
+    vec2,
+    vec3,
+    vec4,
+)
 from passgraph.scene.matrices import translation
 
 Float64 = NDArray[np.float64]
@@ -144,7 +159,7 @@ class Shade:
 
 
 @pg.vertex
-def place_lit(vertex: pg.Vertex, clip_from_local: mat4, eye_from_local: mat4, height_row: vec4) -> Lit:
+def place_lit(vertex: Vertex, clip_from_local: mat4, eye_from_local: mat4, height_row: vec4) -> Lit:
     """Place a vertex; its lit position is separate, since a reflection is the lit object seen elsewhere."""
     local = vec4(vertex.position, 1.0)
     place = eye_from_local * local
@@ -200,9 +215,7 @@ def lit_plane(
 
 
 @pg.vertex
-def flatten(
-    vertex: pg.Vertex, clip_from_local: mat4, above_row: vec4, beyond_row: vec4, spot_from_local: mat4
-) -> Shade:
+def flatten(vertex: Vertex, clip_from_local: mat4, above_row: vec4, beyond_row: vec4, spot_from_local: mat4) -> Shade:
     """Flatten a caster onto the plane, away from the light."""
     local = vec4(vertex.position, 1.0)
     above, beyond = dot(above_row, local), dot(beyond_row, local)

@@ -9,7 +9,6 @@ from typing import Annotated
 import numpy as np
 
 import passgraph as pg
-from passgraph import Const, Image, dot, floor, ivec2, length, mix, output_size, pixel, uv, vec2, vec4
 from passgraph.effects.ambient.occlusion_filter import denoise, linearised
 from passgraph.effects.ambient.occlusion_search import facing_normal, linear_depth_step, pattern
 from passgraph.effects.checked import effect
@@ -27,6 +26,7 @@ from passgraph.effects.surfaces.geometry import (
 )
 from passgraph.effects.surfaces.seen_by import camera_of
 from passgraph.effects.surfaces.views import View
+from passgraph.language import Const, Image, dot, floor, ivec2, length, mix, output_size, pixel, uv, vec2, vec4
 from passgraph.scene.camera import DEFAULT_FOV_RAD
 
 #: Occluders near the end of the ray, and of the thickness, fade over this fraction, so that shadows end softly.

@@ -8,11 +8,25 @@ from math import sqrt as _sqrt
 from typing import Annotated, Any
 
 import passgraph as pg
-from passgraph import Image, clamp, floor, ivec2, length, mix, output_size, pixel, smoothstep, sqrt, vec2, vec3, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.pictures.decoded import decoded
 from passgraph.effects.quantities import Reach, Share
 from passgraph.effects.screen.aperture import ThinLens, aperture_places, corner_radius
+from passgraph.language import (
+    Image,
+    clamp,
+    floor,
+    ivec2,
+    length,
+    mix,
+    output_size,
+    pixel,
+    smoothstep,
+    sqrt,
+    vec2,
+    vec3,
+    vec4,
+)
 
 #: Half the size: blurred pictures lose no detail by it.
 HALF = 0.5

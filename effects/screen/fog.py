@@ -7,12 +7,12 @@ from __future__ import annotations
 from math import log
 
 import passgraph as pg
-from passgraph import Image, clamp, dot, exp, length, uv, vec3, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.quantities import Color, FieldOfView, Height, NotNegative, Share, Width
 from passgraph.effects.surfaces.geometry import ViewFrame, line_of_sight, view_position
 from passgraph.effects.surfaces.seen_by import camera_of
 from passgraph.effects.surfaces.views import View
+from passgraph.language import Image, clamp, dot, exp, length, uv, vec3, vec4
 from passgraph.scene.camera import DEFAULT_FOV_RAD
 
 #: Below this the mean of an exponential is a series; its next term is 5e-8 there, and the quotient's rounding 5e-7.

@@ -5,13 +5,13 @@
 from __future__ import annotations
 
 import passgraph as pg
-from passgraph import Image, vec4
 from passgraph.effects.ambient.ambient_occlusion import Method, Slices, Steps, occlusion
 from passgraph.effects.checked import effect
 from passgraph.effects.quantities import FieldOfView, NotNegative, Reach, Share
 from passgraph.effects.surfaces.depth_normals import depth_normals
 from passgraph.effects.surfaces.seen_by import camera_of
 from passgraph.effects.temporal.accumulate import MostFrames
+from passgraph.language import Image, vec4
 from passgraph.scene.camera import DEFAULT_FOV_RAD
 
 

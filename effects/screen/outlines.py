@@ -8,13 +8,13 @@ from math import cos, pi
 from typing import Annotated, Any
 
 import passgraph as pg
-from passgraph import Const, Image, clamp, dot, ivec2, mix, pixel, smoothstep, vec3, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.quantities import Color, FieldOfView, Share
 from passgraph.effects.surfaces.depth_normals import depth_normals
 from passgraph.effects.surfaces.geometry import ViewFrame, linear_on_planes, spread, unpack_normal
 from passgraph.effects.surfaces.seen_by import camera_of
 from passgraph.effects.surfaces.views import View
+from passgraph.language import Const, Image, clamp, dot, ivec2, mix, pixel, smoothstep, vec3, vec4
 from passgraph.scene.camera import DEFAULT_FOV_RAD
 
 #: Distance of the sky where rays are parallel; float32 can represent differences from it.

@@ -7,7 +7,7 @@ from __future__ import annotations
 from typing import Annotated
 
 import passgraph as pg
-from passgraph import Image, arguments, vec3, vec4
+from passgraph import arguments
 from passgraph.effects.checked import checked
 from passgraph.effects.parameters import Called
 from passgraph.effects.quantities import Color, MapSize, NotNegative, Width
@@ -18,6 +18,7 @@ from passgraph.effects.shadows.soft_shadow import blurred_shadows, decided, ligh
 from passgraph.effects.surfaces.depth_normals import depth_normals
 from passgraph.effects.surfaces.g_buffer import GBuffer
 from passgraph.effects.surfaces.views import Casters, View
+from passgraph.language import Image, vec3, vec4
 
 
 @pg.kernel

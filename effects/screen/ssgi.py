@@ -7,7 +7,6 @@ from __future__ import annotations
 from typing import Annotated
 
 import passgraph as pg
-from passgraph import Const, Image, clamp, ivec2, normalize, pixel, uv, vec3, vec4
 from passgraph.effects.ambient.occlusion_filter import denoised_light
 from passgraph.effects.ambient.occlusion_search import facing_normal, pattern, spread_point
 from passgraph.effects.checked import effect
@@ -19,6 +18,7 @@ from passgraph.effects.surfaces.geometry import ViewFrame, on_sphere, toward_eye
 from passgraph.effects.surfaces.seen_by import camera_of
 from passgraph.effects.surfaces.views import View
 from passgraph.effects.temporal.accumulate import MostFrames, accumulate, frame_number
+from passgraph.language import Const, Image, clamp, ivec2, normalize, pixel, uv, vec3, vec4
 from passgraph.scene.camera import DEFAULT_FOV_RAD
 
 #: Frames after which rays repeat.

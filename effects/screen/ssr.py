@@ -7,25 +7,6 @@ from __future__ import annotations
 from typing import Annotated
 
 import passgraph as pg
-from passgraph import (
-    Const,
-    Image,
-    clamp,
-    dot,
-    floor,
-    isfinite,
-    ivec2,
-    length,
-    mix,
-    normalize,
-    output_size,
-    pixel,
-    sqrt,
-    uv,
-    vec2,
-    vec3,
-    vec4,
-)
 from passgraph.effects.ambient.occlusion_filter import denoised_light
 from passgraph.effects.ambient.occlusion_search import facing_normal, pattern, spread_point
 from passgraph.effects.checked import effect
@@ -44,6 +25,25 @@ from passgraph.effects.surfaces.geometry import (
 )
 from passgraph.effects.surfaces.seen_by import camera_of
 from passgraph.effects.surfaces.views import View
+from passgraph.language import (
+    Const,
+    Image,
+    clamp,
+    dot,
+    floor,
+    isfinite,
+    ivec2,
+    length,
+    mix,
+    normalize,
+    output_size,
+    pixel,
+    sqrt,
+    uv,
+    vec2,
+    vec3,
+    vec4,
+)
 from passgraph.scene.camera import DEFAULT_FOV_RAD
 
 #: A ray begins this many pixels in front of its surface, and ends at this fraction of the distance to the eye.

@@ -10,7 +10,6 @@ from typing import Any, Literal
 import numpy as np
 
 import passgraph as pg
-from passgraph import Const, Image, discard, length, mat3, mat4, output_size, pixel, vec2, vec3, vec4
 from passgraph.effects.checked import checked, effect
 from passgraph.effects.color.tone_map import encode_srgb_wide
 from passgraph.effects.effect_options import picture_of
@@ -24,6 +23,7 @@ from passgraph.effects.surfaces.g_buffer import Surface, place, sided
 from passgraph.effects.surfaces.geometry import facing
 from passgraph.effects.surfaces.material_textures import addressed, texture_input, wrap_number
 from passgraph.effects.surfaces.views import Casters, LightFrame, MapView, View
+from passgraph.language import Const, Image, discard, length, mat3, mat4, output_size, pixel, vec2, vec3, vec4
 from passgraph.srgb import linear_to_srgb
 
 MaskFormat = Literal["r8", "r16f", "r32f"]

@@ -8,8 +8,8 @@ from math import exp, pi, sqrt
 from typing import Literal
 
 import passgraph as pg
-from passgraph import Array, Const, Image
 from passgraph.effects.checked import checked
+from passgraph.language import Array, Const, Image
 
 BlurKernel = Literal["normalised", "faithful"]
 WeightsFrom = Literal["host", "kernel"]

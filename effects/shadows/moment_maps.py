@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 import passgraph as pg
-from passgraph import Const, Image, ivec2, output_size, pixel, vec2, vec4
 from passgraph.effects.quantities import combined
 from passgraph.effects.shadows.shadow_choice import Evsm4, MomentFilter, Msm, Vsm
 from passgraph.effects.shadows.shadow_filters import FilterFrame
@@ -23,6 +22,7 @@ from passgraph.effects.shadows.shadow_moments import (
     warped_moments,
 )
 from passgraph.effects.surfaces.views import Float64, LightFrame, MapView, Seen, View
+from passgraph.language import Const, Image, ivec2, output_size, pixel, vec2, vec4
 from passgraph.scene.matrices import translation
 
 #: Largest radius of a blur as a fraction of the map's width.

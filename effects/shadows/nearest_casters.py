@@ -11,10 +11,10 @@ as wide as the map.
 from __future__ import annotations
 
 import passgraph as pg
-from passgraph import Const, Image, clamp, floor, ivec2, length, pixel, vec2, vec3, vec4
 from passgraph.effects.shadows.shadow_filters import Receiver, reach_of
 from passgraph.effects.shadows.shadow_map import NOTHING
 from passgraph.effects.surfaces.views import LightFrame
+from passgraph.language import Const, Image, clamp, floor, ivec2, length, pixel, vec2, vec3, vec4
 
 #: Least texels along each side of a block with one nearest depth; larger blocks combine several.
 LEAST_BLOCK = 8

@@ -7,7 +7,6 @@ from __future__ import annotations
 from typing import Any
 
 import passgraph as pg
-from passgraph import Image, vec3
 from passgraph.effects.shadows.nearest_casters import search_reach
 from passgraph.effects.shadows.shadow_filters import (
     FilterFrame,
@@ -20,6 +19,7 @@ from passgraph.effects.shadows.shadow_filters import (
 )
 from passgraph.effects.shadows.shadow_map import NOTHING
 from passgraph.effects.surfaces.views import LightFrame
+from passgraph.language import Image, vec3
 
 
 def pcss(taps: int) -> Any:

@@ -10,7 +10,6 @@ from math import cos, pi, sin
 from typing import Any
 
 import passgraph as pg
-from passgraph import Const, Image, dot, floor, ivec2, length, mix, normalize, output_size, smoothstep, uv, vec2, vec3
 from passgraph.effects.shadows.nearest_casters import search_reach
 from passgraph.effects.shadows.shadow_filters import (
     DEPTH_SLACK_TEXELS,
@@ -37,6 +36,21 @@ from passgraph.effects.surfaces.geometry import (
     unpack_normal,
 )
 from passgraph.effects.surfaces.views import LightFrame
+from passgraph.language import (
+    Const,
+    Image,
+    dot,
+    floor,
+    ivec2,
+    length,
+    mix,
+    normalize,
+    output_size,
+    smoothstep,
+    uv,
+    vec2,
+    vec3,
+)
 
 #: Half widths of penumbrae, in pixels of the foreshortened side: below the first, full size decides; above the second,
 #: half size. The small picture's pixels are 2 wide, and would sample a narrow penumbra at only one or two points.

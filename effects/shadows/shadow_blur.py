@@ -8,8 +8,8 @@ from functools import lru_cache
 from typing import Any
 
 import passgraph as pg
-from passgraph import Const, Image, ceil, clamp, ivec2, output_size, uv, vec4
 from passgraph.effects.surfaces.geometry import ViewFrame, flat_place, pixel_step, plane_terms, spread, unpack_normal
+from passgraph.language import Const, Image, ceil, clamp, ivec2, output_size, uv, vec4
 
 #: The weight of a tap falls with its distance from the receiver's plane, to 0 at this fraction of the blur's radius.
 OFF_PLANE = 0.5

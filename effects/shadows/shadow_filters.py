@@ -13,9 +13,9 @@ from math import cos, pi, sin
 from typing import Any
 
 import passgraph as pg
-from passgraph import Image, cross, dot, floor, ivec2, length, normalize, sqrt, vec2, vec3, vec4
 from passgraph.effects.shadows.shadow_map import NOTHING
 from passgraph.effects.surfaces.views import LightFrame
+from passgraph.language import Image, cross, dot, floor, ivec2, length, normalize, sqrt, vec2, vec3, vec4
 
 #: Offset of a receiver along its normal for "blur", in texels and times the part of the normal in the map's plane.  On
 #: the plane n·p = -k, a lookup at q texels' distance (in scene units at the receiver's depth) meets the plane at a

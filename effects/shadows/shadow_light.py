@@ -8,12 +8,12 @@ from functools import lru_cache
 from typing import Any, Literal
 
 import passgraph as pg
-from passgraph import Const, Image, dot, length, smoothstep, uv, vec3, vec4
 from passgraph.effects.shadows.shadow_choice import DecidedFilter
 from passgraph.effects.shadows.shadow_filters import FilterFrame
 from passgraph.effects.shadows.shadow_lookup import lookup
 from passgraph.effects.surfaces.geometry import ViewFrame, facing, spread, unpack_normal, view_position
 from passgraph.effects.surfaces.views import LightFrame
+from passgraph.language import Const, Image, dot, length, smoothstep, uv, vec3, vec4
 
 KINDS: tuple[Literal["directional", "point", "spot"], ...] = ("directional", "point", "spot")
 #: Vertices are rounded to 1/256 pixel on the screen too, which moves a position by as much.

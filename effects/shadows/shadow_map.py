@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 import passgraph as pg
-from passgraph import Const, Image, discard, dot, mat4, vec2, vec4
 from passgraph.effects.surfaces.batches import merged
 from passgraph.effects.surfaces.material_textures import addressed, texture_input, wrap_number
 from passgraph.effects.surfaces.views import Casters, MapView
+from passgraph.language import Const, Image, Vertex, discard, dot, mat4, vec2, vec4
 
 #: Depth where a map shows no caster: farther than any receiver.
 NOTHING = 1e30
@@ -27,7 +27,7 @@ class Caster:
 
 
 @pg.vertex
-def toward_light(vertex: pg.Vertex, clip_from_local: mat4, depth_row: vec4) -> Caster:
+def toward_light(vertex: Vertex, clip_from_local: mat4, depth_row: vec4) -> Caster:
     """Pass linear depth in addition to the clip position: it keeps its precision for any near and far."""
     local = vec4(vertex.position, 1.0)
     return Caster(clip_from_local * local, dot(depth_row, local), vertex.uv, vertex.color.a)

@@ -15,9 +15,9 @@ from __future__ import annotations
 from typing import Any
 
 import passgraph as pg
-from passgraph import Image, clamp, dot, exp, floor, ivec2, log, saturate, sqrt, vec2, vec3, vec4
 from passgraph.effects.shadows.shadow_filters import CONE_SLOPE, FilterFrame, limit_at, receiver_at
 from passgraph.effects.surfaces.views import LightFrame
+from passgraph.language import Image, clamp, dot, exp, floor, ivec2, log, saturate, sqrt, vec2, vec3, vec4
 
 #: Variance that rounding alone may leave, relative to the mean square: 2 ** -24 for each of about a hundred sums, whose
 #: errors add up as their root, and for the warp's own 3 ulp.

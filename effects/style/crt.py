@@ -7,11 +7,11 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 import passgraph as pg
-from passgraph import Const, Image, exp2, floor, ivec2, pixel, uv, vec2, vec3, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.pictures.decoded import decoded
 from passgraph.effects.quantities import NotNegative
 from passgraph.effects.style.pixelate import mean_of_block
+from passgraph.language import Const, Image, exp2, floor, ivec2, pixel, uv, vec2, vec3, vec4
 
 #: Magnification of the glass toward the sides; and falloff of the glow, along lines and across them.
 WARP_X, WARP_Y = 0.031, 0.041

@@ -9,9 +9,9 @@ from typing import Annotated, Literal
 import numpy as np
 
 import passgraph as pg
-from passgraph import Const, Image, clamp, dot, floor, fract, ivec2, pixel, vec2, vec3, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.style import blue_noise
+from passgraph.language import Const, Image, clamp, dot, floor, fract, ivec2, pixel, vec2, vec3, vec4
 
 
 def bayer(side: int) -> list[list[int]]:

@@ -7,11 +7,11 @@ from __future__ import annotations
 from typing import Annotated
 
 import passgraph as pg
-from passgraph import Image, ivec2, pixel, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.lens.film_grain import Index, hashed
 from passgraph.effects.pictures.decoded import decoded
 from passgraph.effects.quantities import Share
+from passgraph.language import Image, ivec2, pixel, vec4
 
 Distance = Annotated[int, pg.Range(0, 4096, "px")]
 

@@ -8,10 +8,10 @@ from math import cos, pi, sin
 from typing import Annotated, Any
 
 import passgraph as pg
-from passgraph import Const, Image, clamp, fract, pixel, vec2, vec3, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.color.black_and_white import REC709
 from passgraph.effects.quantities import axis_of, mapped
+from passgraph.language import Const, Image, clamp, fract, pixel, vec2, vec3, vec4
 
 #: Samples of a pixel in each direction.
 SAMPLES = 4

@@ -8,10 +8,10 @@ from math import cos, pi, sin
 from typing import Annotated, Any
 
 import passgraph as pg
-from passgraph import Const, Image, clamp, dot, isfinite, length, sqrt, vec2, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.filters.blur import gaussian_blur
 from passgraph.effects.pictures.decoded import decoded
+from passgraph.language import Const, Image, clamp, dot, isfinite, length, sqrt, vec2, vec4
 
 #: Number of sectors, and the position on the unit circle, from a sector's center, where its weight becomes 0.
 SECTORS: Any = tuple((cos(k * pi / 4.0), sin(k * pi / 4.0)) for k in range(8))

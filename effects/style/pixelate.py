@@ -7,8 +7,8 @@ from __future__ import annotations
 from typing import Annotated
 
 import passgraph as pg
-from passgraph import Const, Image, ivec2, pixel, vec4
 from passgraph.effects.checked import effect
+from passgraph.language import Const, Image, ivec2, pixel, vec4
 
 
 @pg.kernel

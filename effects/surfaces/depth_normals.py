@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import passgraph as pg
-from passgraph import Image, output_size, uv, vec2, vec4
 from passgraph.effects.surfaces.geometry import (
     ViewFrame,
     across_plane,
@@ -15,6 +14,7 @@ from passgraph.effects.surfaces.geometry import (
     pixel_step,
 )
 from passgraph.effects.surfaces.views import View
+from passgraph.language import Image, output_size, uv, vec2, vec4
 
 #: Deviation of a neighbor without a surface: it fits no plane.
 NO_SURFACE = 1e30

@@ -7,8 +7,8 @@ from __future__ import annotations
 from typing import Any
 
 import passgraph as pg
-from passgraph import Image, clamp, vec2
 from passgraph.effects.checked import checked
+from passgraph.language import Image, clamp, vec2
 
 
 @pg.struct

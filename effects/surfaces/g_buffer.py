@@ -10,9 +10,15 @@ from typing import Literal
 import numpy as np
 
 import passgraph as pg
-from passgraph import (
+from passgraph.effects.checked import checked
+from passgraph.effects.surfaces.batches import Batch, batches, is_textured
+from passgraph.effects.surfaces.geometry import pack_normal, unpack_normal
+from passgraph.effects.surfaces.material_textures import Use, level_at, mipped, texture_input, texture_levels
+from passgraph.effects.surfaces.views import View
+from passgraph.language import (
     Const,
     Image,
+    Vertex,
     clamp,
     cross,
     dfdx,
@@ -29,11 +35,6 @@ from passgraph import (
     vec3,
     vec4,
 )
-from passgraph.effects.checked import checked
-from passgraph.effects.surfaces.batches import Batch, batches, is_textured
-from passgraph.effects.surfaces.geometry import pack_normal, unpack_normal
-from passgraph.effects.surfaces.material_textures import Use, level_at, mipped, texture_input, texture_levels
-from passgraph.effects.surfaces.views import View
 
 #: Layers of the parallax search; the intersection between two layers is interpolated.
 PARALLAX_STEPS = 8
@@ -56,7 +57,7 @@ class Surface:
 
 
 @pg.vertex
-def place(vertex: pg.Vertex, clip_from_local: mat4, view_from_local: mat4) -> Surface:
+def place(vertex: Vertex, clip_from_local: mat4, view_from_local: mat4) -> Surface:
     """Transform vertices to clip space; normals and tangents to the camera's frame, by a rotation."""
     turn = mat3(view_from_local)
     local = vec4(vertex.position, 1.0)

@@ -7,7 +7,7 @@ from __future__ import annotations
 from math import pi
 
 import passgraph as pg
-from passgraph import clamp, cos, dot, ivec2, normalize, output_size, sin, sqrt, vec2, vec3
+from passgraph.language import clamp, cos, dot, ivec2, normalize, output_size, sin, sqrt, vec2, vec3
 
 
 @pg.struct

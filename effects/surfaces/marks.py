@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 import passgraph as pg
-from passgraph import arguments, mix, normalize, output_size, vec2, vec4
+from passgraph import arguments
 from passgraph.graph.draw_state import FrozenGeometry, Geometry, frozen
+from passgraph.language import mix, normalize, output_size, vec2, vec4
 
 #: Corners of a mark, each once, and its two triangles.
 _CORNERS = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], np.float32)

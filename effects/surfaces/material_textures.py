@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import passgraph as pg
-from passgraph import Image, clamp, dfdx, dfdy, floor, fract, length, log2, mix, vec2, vec4
 from passgraph.graph.targets import InputSpec
+from passgraph.language import Image, clamp, dfdx, dfdy, floor, fract, length, log2, mix, vec2, vec4
 from passgraph.scene import Texture
 from passgraph.scene.materials import Minify, Wrap
 

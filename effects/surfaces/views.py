@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import passgraph as pg
-from passgraph import mat3, mat4, vec2, vec3, vec4
 from passgraph.effects.surfaces.batches import bounds_of
 from passgraph.effects.surfaces.geometry import ViewFrame
 from passgraph.effects.surfaces.map_fit import Fit, pieces_of
+from passgraph.language import mat3, mat4, vec2, vec3, vec4
 from passgraph.scene.matrices import translation
 
 Float64 = NDArray[np.float64]

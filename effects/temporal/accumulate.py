@@ -7,10 +7,10 @@ from __future__ import annotations
 from typing import Annotated
 
 import passgraph as pg
-from passgraph import Const, Image, floor, ivec2, mix, pixel, vec2, vec3, vec4
 from passgraph.effects.checked import checked
 from passgraph.effects.temporal.taa import is_finite, stands_before
 from passgraph.effects.temporal.velocity import camera_velocity
+from passgraph.language import Const, Image, floor, ivec2, mix, pixel, vec2, vec3, vec4
 
 #: The number of frames in a mean; 1 takes each frame alone.
 MostFrames = Annotated[int, pg.Range(1, 256, "frames")]

@@ -7,12 +7,12 @@ from __future__ import annotations
 from typing import Annotated
 
 import passgraph as pg
-from passgraph import Const, Image, clamp, dot, floor, isfinite, ivec2, length, pixel, vec2, vec3, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.pictures.decoded import decoded
 from passgraph.effects.quantities import FieldOfView, Share
 from passgraph.effects.surfaces.seen_by import camera_of
 from passgraph.effects.temporal.velocity import camera_velocity
+from passgraph.language import Const, Image, clamp, dot, floor, isfinite, ivec2, length, pixel, vec2, vec3, vec4
 from passgraph.scene.camera import DEFAULT_FOV_RAD
 
 #: Distances with this relative difference belong to two surfaces.

@@ -7,11 +7,11 @@ from __future__ import annotations
 from typing import Annotated
 
 import passgraph as pg
-from passgraph import Const, Image, dot, floor, ivec2, mix, pixel, sqrt, vec2, vec3, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.quantities import FieldOfView
 from passgraph.effects.surfaces.seen_by import camera_of
 from passgraph.effects.temporal.velocity import camera_velocity
+from passgraph.language import Const, Image, dot, floor, ivec2, mix, pixel, sqrt, vec2, vec3, vec4
 from passgraph.scene.camera import DEFAULT_FOV_RAD
 
 #: Distances with a smaller relative difference belong to one surface.

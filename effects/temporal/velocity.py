@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 import passgraph as pg
-from passgraph import Image, mat4, output_size, uv, vec2, vec3, vec4
 from passgraph.effects.checked import checked
 from passgraph.effects.quantities import combined
 from passgraph.effects.surfaces.geometry import ViewFrame, line_of_sight, picture_place, view_position
 from passgraph.effects.surfaces.views import View
+from passgraph.language import Image, mat4, output_size, uv, vec2, vec3, vec4
 
 #: Third channel if the previous camera did not see the position: it was behind the eye.
 UNSEEN = -1.0

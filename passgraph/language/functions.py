@@ -93,5 +93,5 @@ _row("float_floor_divide", "G G -> G", "floor(a / b)", _of.floor_divide, (-7.0, 
      written=("a // b",), ulp=2.5, domain=(_in.DIVIDEND, _in.SMALL_DIVISOR))
 # fmt: on
 
-#: Names that kernels call; docs/stubs.py writes stubs for type checkers.
+#: Names that kernels call; `python -m passgraph.language.stubs` writes stubs for type checkers.
 __all__ = [name for name in vars() if "a" <= name[0] <= "z" and name != "annotations"]

@@ -1,9 +1,12 @@
-# Written by docs/stubs.py from the table of operations.
+# Written by passgraph.language.stubs from the table of operations.
 # mypy: disable-error-code="overload-cannot-match"
 from typing import Any, TypeVar, overload
 
-from passgraph.language.symbols import mat2, mat3, mat4, vec2, vec3, vec4
+from passgraph.language.symbols import (
+    ivec2, ivec3, ivec4, mat2, mat3, mat4, uint, uvec2, uvec3, uvec4, vec2, vec3, vec4,
+)
 
+_I = TypeVar("_I", int, uint, ivec2, ivec3, ivec4, uvec2, uvec3, uvec4)
 _F = TypeVar("_F", float, vec2, vec3, vec4)
 _N = TypeVar("_N", int, float, vec2, vec3, vec4)
 _V = TypeVar("_V", vec2, vec3, vec4)

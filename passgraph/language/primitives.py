@@ -96,5 +96,5 @@ _row("to_int", "N -> S", "as int, toward zero; saturates, NaN gives 0", _of.to_i
      on=("float", "bool"), unsigned="int_from_uint")
 # fmt: on
 
-#: Names that kernels call; docs/stubs.py writes stubs for type checkers.
+#: Names that kernels call; `python -m passgraph.language.stubs` writes stubs for type checkers.
 __all__ = [name for name in vars() if "a" <= name[0] <= "z" and name != "annotations"]

@@ -152,10 +152,10 @@ def own_spelling(name: str) -> str:
     """Return our spelling of another library's function, such as NumPy's ``sin``; empty if there is none.
 
     >>> own_spelling("sin"), own_spelling("arctan2"), own_spelling("abs"), own_spelling("fft")
-    ('; write sin(x), with: from passgraph import sin', '; write atan(y, x)', '; write abs(x)', '')
+    ('; write sin(x), with: from passgraph.language import sin', '; write atan(y, x)', '; write abs(x)', '')
     """
     if name in FUNCTIONS or name in symbols.FUNCTIONS:
-        return f"; write {_call(name)}, with: from passgraph import {name}"
+        return f"; write {_call(name)}, with: from passgraph.language import {name}"
     if name in NAMED or name in BUILTINS.values():
         return f"; write {name}(x)"
     return mending(name) if name in WORDS or name in TYPES or name in FORMS else ""
@@ -287,7 +287,7 @@ class Scope:
         if name == "Annotated":
             return "; import it: from typing import Annotated"
         every = sorted({name, *self.lacking()} - {"pi", "Annotated"})
-        return f"; import {'it' if len(every) == 1 else 'them'}: from passgraph import {', '.join(every)}"
+        return f"; import {'it' if len(every) == 1 else 'them'}: from passgraph.language import {', '.join(every)}"
 
     def changed_constants(self) -> list[str]:
         """Return captured names whose value differs from the one that the kernel was built with."""

@@ -50,5 +50,5 @@ outer = _row("outer", "V V -> M", "column vector times row vector, of any two si
              ((1, 2), (3, 4), ((3, 6), (4, 8))), ulp=0.5)
 # fmt: on
 
-#: Names that kernels call; docs/stubs.py writes stubs for type checkers.
+#: Names that kernels call; `python -m passgraph.language.stubs` writes stubs for type checkers.
 __all__ = [name for name in vars() if "a" <= name[0] <= "z" and name != "annotations"]

@@ -87,3 +87,6 @@ half_bits = _row("half_bits", "G -> U", "the 16 bits of the nearest binary16, ha
 float_of_half = _row("float_of_half", "U -> G", "the number whose binary16 the lowest 16 bits are", _of.float_of_half,
                      (0x3C00, 1.0), (0xC000, -2.0), (1, 2.0**-24), (0x7C00, _INF), (0x7C01, _NAN))
 # fmt: on
+
+#: Names that kernels call; `python -m passgraph.language.stubs` writes stubs for type checkers.
+__all__ = [name for name in vars() if "a" <= name[0] <= "z" and name != "annotations"]

@@ -13,6 +13,7 @@ import passgraph as pg
 from passgraph.backends.base import Backend
 from passgraph.errors import InputError
 from passgraph.graph.run_values import sources_of
+from passgraph.language import Image, vec4
 from passgraph.pictures import scaled
 from passgraph.plan.dependencies import inputs_behind, passes_behind
 from passgraph.viewer.display import shown
@@ -76,7 +77,7 @@ class Compiled:
 
 
 @pg.kernel
-def as_read(picture: pg.Image) -> pg.vec4:
+def as_read(picture: Image) -> vec4:
     """Copy a picture as passes read it."""
     return picture[0, 0]
 

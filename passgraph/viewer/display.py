@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 import passgraph as pg
 from passgraph.effects.color.tone_map import encode_srgb
+from passgraph.language import Image, clamp, dot, isinf, isnan, vec3, vec4
 
 #: How a texel is shown: its color, a channel, Rec. 709 luminance, or luminance in false color.
 CHANNELS = ("color", "red", "green", "blue", "alpha", "luminance", "false color")
@@ -51,50 +52,50 @@ class Look:
 
 
 @pg.function
-def false_color(x: float) -> pg.vec3:
+def false_color(x: float) -> vec3:
     """Map 0 to 1 to colors of growing lightness: dark violet, blue, green, orange, light yellow."""
-    t = pg.clamp(x, 0.0, 1.0)
-    red = pg.clamp(0.28 + t * (-1.2 + t * (2.1 - 0.18 * t)), 0.0, 1.0)
-    green = pg.clamp(0.01 + t * (1.35 + t * (-0.6 + 0.15 * t)), 0.0, 1.0)
-    blue = pg.clamp(0.33 + t * (1.75 + t * (-4.7 + 2.75 * t)), 0.0, 1.0)
-    return pg.vec3(red, green, blue)
+    t = clamp(x, 0.0, 1.0)
+    red = clamp(0.28 + t * (-1.2 + t * (2.1 - 0.18 * t)), 0.0, 1.0)
+    green = clamp(0.01 + t * (1.35 + t * (-0.6 + 0.15 * t)), 0.0, 1.0)
+    blue = clamp(0.33 + t * (1.75 + t * (-4.7 + 2.75 * t)), 0.0, 1.0)
+    return vec3(red, green, blue)
 
 
 @pg.kernel
-def look(picture: pg.Image, channel: int, exposure: float, low: float, high: float, srgb: int, mark: int) -> pg.vec4:
+def look(picture: Image, channel: int, exposure: float, low: float, high: float, srgb: int, mark: int) -> vec4:
     """Map a texel to 0 to 1; opaque, since alpha that is data would hide the picture."""
     held = picture[0, 0]
     scale = 2.0**exposure / (high - low)
     color = (held.rgb - low) * scale
-    luminance = pg.dot(color, pg.vec3(0.2126, 0.7152, 0.0722))
+    luminance = dot(color, vec3(0.2126, 0.7152, 0.0722))
     if channel == 1:
-        color = pg.vec3(color.r)
+        color = vec3(color.r)
     if channel == 2:
-        color = pg.vec3(color.g)
+        color = vec3(color.g)
     if channel == 3:
-        color = pg.vec3(color.b)
+        color = vec3(color.b)
     if channel == 4:
-        color = pg.vec3((held.a - low) * scale)
+        color = vec3((held.a - low) * scale)
     if channel == 5:
-        color = pg.vec3(luminance)
+        color = vec3(luminance)
     if channel == 6:
         color = false_color(luminance)
     if srgb == 1 and channel != 6:
-        color = pg.clamp(color, 0.0, 1.0)
-        color = pg.vec3(encode_srgb(color.r), encode_srgb(color.g), encode_srgb(color.b))
+        color = clamp(color, 0.0, 1.0)
+        color = vec3(encode_srgb(color.r), encode_srgb(color.g), encode_srgb(color.b))
     if mark == 1:
         total = held.r + held.g + held.b
-        if pg.isnan(held.r) or pg.isnan(held.g) or pg.isnan(held.b) or pg.isnan(held.a):
-            color = pg.vec3(1.0, 0.0, 1.0)
-        if pg.isinf(held.r) or pg.isinf(held.g) or pg.isinf(held.b) or pg.isinf(total):
-            color = pg.vec3(0.0, 1.0, 1.0)
-    return pg.vec4(color, 1.0)
+        if isnan(held.r) or isnan(held.g) or isnan(held.b) or isnan(held.a):
+            color = vec3(1.0, 0.0, 1.0)
+        if isinf(held.r) or isinf(held.g) or isinf(held.b) or isinf(total):
+            color = vec3(0.0, 1.0, 1.0)
+    return vec4(color, 1.0)
 
 
 @pg.kernel
-def spread(picture: pg.Image) -> pg.vec4:
+def spread(picture: Image) -> vec4:
     """Convert a picture of one channel to gray RGB."""
-    return pg.vec4(pg.vec3(picture[0, 0].r), 1.0)
+    return vec4(vec3(picture[0, 0].r), 1.0)
 
 
 def shown(target: pg.Target) -> pg.Target:

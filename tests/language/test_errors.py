@@ -152,8 +152,15 @@ def test_every_error_is_provoked_by_a_case() -> None:
     """A new error without a case fails here."""
     hit = {of_text(stage, marked).site for stage, marked, _ in texts()}
     hit |= {of_call(action).site for action, _ in CALLS}
-    # These have tests of their own, below and in tests/test_pickling.py.
-    alone = {"captured", "is no longer available", "is a plain dataclass", "cannot be found", "program.source.point_at"}
+    # These have tests of their own, below, in tests/test_pickling.py and tests/test_editor_types.py.
+    alone = {
+        "has no attribute",
+        "captured",
+        "is no longer available",
+        "is a plain dataclass",
+        "cannot be found",
+        "program.source.point_at",
+    }
     alone |= {"pickle", "this is a fault of passgraph"}
     # A fail() of its own is what all others go through.
     left = []
@@ -255,10 +262,10 @@ def test_what_cannot_be_captured_is_named(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("body", "told"),
     [
-        ("return c.sample(uv())", "it: from passgraph import uv"),
+        ("return c.sample(uv())", "it: from passgraph.language import uv"),
         (
             "return mix(c[0, 0], vec4(uv().x + max(1.0, pi)), 0.5) + length(nonsense)",
-            "them: from passgraph import length, mix, uv",
+            "them: from passgraph.language import length, mix, uv",
         ),
     ],
 )

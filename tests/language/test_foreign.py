@@ -127,7 +127,7 @@ def test_functions_of_numpy_and_math() -> None:
 
 
 def test_a_name_of_the_language_that_is_not_imported() -> None:
-    with pytest.raises(KernelError, match="here; import it: from passgraph import smoothstep"):
+    with pytest.raises(KernelError, match=r"here; import it: from passgraph.language import smoothstep"):
 
         @pg.kernel
         def one(c: Image) -> vec4:

@@ -8,8 +8,8 @@ around everything that stands before the floor. ``bounces`` adds the light that 
 """
 
 import passgraph as pg
-from passgraph import Image, vec3, vec4
 from passgraph.effects import ambient_occlusion, ambient_occlusion_passes, soft_shadow, supersampled
+from passgraph.language import Image, vec3, vec4
 
 scene = pg.Scene.shipped()
 

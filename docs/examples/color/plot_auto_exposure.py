@@ -9,8 +9,8 @@ do not count. A photograph that is too dark and one that is too bright become th
 from skimage import data
 
 import passgraph as pg
-from passgraph import Image, exp2, vec4
 from passgraph.effects import auto_exposure, tone_map
+from passgraph.language import Image, exp2, vec4
 
 
 @pg.kernel

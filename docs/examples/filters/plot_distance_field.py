@@ -10,8 +10,8 @@ import numpy as np
 from skimage import data
 
 import passgraph as pg
-from passgraph import Image, mix, sin, smoothstep, vec3, vec4
 from passgraph.effects import distance_field
+from passgraph.language import Image, mix, sin, smoothstep, vec3, vec4
 
 
 @pg.kernel

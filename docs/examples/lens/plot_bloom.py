@@ -11,8 +11,8 @@ The camera clipped the highlights of the photograph at white. A kernel first str
 from skimage import data
 
 import passgraph as pg
-from passgraph import Image, vec4
 from passgraph.effects import bloom, tone_map
+from passgraph.language import Image, vec4
 
 
 @pg.kernel

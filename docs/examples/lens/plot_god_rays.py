@@ -11,8 +11,8 @@ import math
 import trimesh
 
 import passgraph as pg
-from passgraph import Image, dot, exp, length, output_size, smoothstep, uv, vec2, vec3, vec4
 from passgraph.effects import god_rays, soft_shadow_passes, supersampled, tone_map
+from passgraph.language import Image, dot, exp, length, output_size, smoothstep, uv, vec2, vec3, vec4
 
 
 @pg.kernel

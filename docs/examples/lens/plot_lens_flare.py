@@ -7,8 +7,8 @@ lens, or from a star filter before the lens.
 """
 
 import passgraph as pg
-from passgraph import Image, dot, exp, length, mix, output_size, smoothstep, uv, vec2, vec3, vec4
 from passgraph.effects import lens_flare, light_streaks, soft_shadow_passes, supersampled, tone_map
+from passgraph.language import Image, dot, exp, length, mix, output_size, smoothstep, uv, vec2, vec3, vec4
 
 
 @pg.kernel

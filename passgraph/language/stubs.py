@@ -1,33 +1,31 @@
-"""Writes what type checkers and editors read of the table of operations: python docs/stubs.py
+"""Write what type checkers and editors read of the table of operations: python -m passgraph.language.stubs
 
 For each module of rows a stub beside it, with a documented function for each name that kernels call; and the names
-of the language in passgraph/__init__.py.
+of the language in passgraph/language/__init__.py.
 """
 
 from __future__ import annotations
 
-import sys
 import textwrap
 from pathlib import Path
 from types import ModuleType
 
-root = Path(__file__).resolve().parent.parent
-if str(root) not in sys.path:
-    sys.path.insert(0, str(root))
-
-from passgraph.language import functions, primitives, symbols, vectors
+from passgraph.language import functions, primitives, symbols, vectors, whole_numbers
 from passgraph.language.operations import OPERATIONS, Operation
 
-MODULES = (functions, primitives, vectors)
-PACKAGE = root / "passgraph" / "__init__.py"
-MARK = "# Names of the kernel language, written by docs/stubs.py.\n"
+MODULES = (functions, primitives, vectors, whole_numbers)
+PACKAGE = Path(__file__).with_name("__init__.py")
+BEGIN, END = "# Names of kernels, written by passgraph.language.stubs.\n", "# End of the names.\n"
 
-_HEAD = """# Written by docs/stubs.py from the table of operations.
+_HEAD = """# Written by passgraph.language.stubs from the table of operations.
 # mypy: disable-error-code="overload-cannot-match"
 from typing import Any, TypeVar, overload
 
-from passgraph.language.symbols import mat2, mat3, mat4, vec2, vec3, vec4
+from passgraph.language.symbols import (
+    ivec2, ivec3, ivec4, mat2, mat3, mat4, uint, uvec2, uvec3, uvec4, vec2, vec3, vec4,
+)
 
+_I = TypeVar("_I", int, uint, ivec2, ivec3, ivec4, uvec2, uvec3, uvec4)
 _F = TypeVar("_F", float, vec2, vec3, vec4)
 _N = TypeVar("_N", int, float, vec2, vec3, vec4)
 _V = TypeVar("_V", vec2, vec3, vec4)
@@ -35,8 +33,8 @@ _M = TypeVar("_M", mat2, mat3, mat4)
 
 """
 #: Letters of signatures whose type is one for all that have the letter, and of those that are always the same.
-_VARIABLE = {"G": "_F", "N": "_N", "V": "_V", "M": "_M", "v3": "vec3"}
-_FIXED = {"f": "float", "i": "int", "b": "bool", "B": "Any", "I": "Any"}
+_VARIABLE = {"G": "_F", "N": "_N", "I": "_I", "V": "_V", "M": "_M", "v3": "vec3"}
+_FIXED = {"f": "float", "i": "int", "b": "bool", "B": "Any", "S": "Any", "U": "Any"}
 
 
 def path_of(module: ModuleType) -> Path:
@@ -79,18 +77,19 @@ def _ways(name: str, row: Operation) -> list[str]:
 
 def _signature(name: str, row: Operation, types: list[str], result: str) -> str:
     letters = [
-        {"V": "vwn", "v3": "vwn", "M": "mnk", "i": "ijk"}.get(one, "xyz")[at] for at, one in enumerate(row.operands)
+        {"V": "vwn", "v3": "vwn", "M": "mnk", "i": "ijk"}.get(one, "xyzw")[at] for at, one in enumerate(row.operands)
     ]
     parameters = ", ".join(f"{letter}: {type_}" for letter, type_ in zip(letters, types, strict=True))
     return f"def {name}({parameters}, /) -> {result}"
 
 
 def with_names(text: str) -> str:
-    """The text of passgraph/__init__.py with every name of the language in ``__all__``: checkers read lists only."""
-    before, mark, _ = text.partition(MARK)
+    """The text of the package with every name of the language in ``__all__``: type checkers read lists only."""
+    before, _, rest = text.partition(BEGIN)
     names = sorted(name for module in (symbols, *MODULES) for name in module.__all__)
     rows = textwrap.wrap(", ".join(f'"{name}"' for name in names) + ",", 115)
-    return before + mark + "__all__ += [\n" + "".join(f"    {row}\n" for row in rows) + "]  # fmt: skip\n"
+    listed = "__all__ = [\n" + "".join(f"    {row}\n" for row in rows) + "]  # fmt: skip\n"
+    return before + BEGIN + listed + END + rest.partition(END)[2]
 
 
 if __name__ == "__main__":
