@@ -20,7 +20,7 @@ SCRIPTS = {script.relative_to(FOLDER).as_posix(): script for script in sorted(FO
 #: Modules of passgraph whose names pages for users mention; scripts import from no other.
 PUBLIC = {
     "passgraph", "passgraph.effects", "passgraph.effects.light2d", "passgraph.effects.light2d.picture",
-    "passgraph.effects.surfaces.engine_depth",
+    "passgraph.effects.surfaces.engine_depth", "passgraph.language",
 }  # fmt: skip
 #: Packages that a reader has: Python's own, dependencies of passgraph, and scikit-image.
 INSTALLED = {"dataclasses", "math", "numpy", "skimage", "trimesh"}
