@@ -1,26 +1,18 @@
-"""Notebook output of objects: pictures at their size, graphs as SVG, tables as HTML, always with a text.
+"""Parts of what objects show in notebooks: pictures at their size, graphs as SVG, tables as HTML, always with a text.
 
-Each function returns the result of a class's ``_repr_mimebundle_``: content by media type.
+A class's ``_repr_mimebundle_`` puts them together; this module knows none of these classes.
 """
 
 from __future__ import annotations
 
 from base64 import b64encode
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from html import escape
 from io import BytesIO
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
-
-if TYPE_CHECKING:
-    from passgraph.graph.targets import Pass, Target
-    from passgraph.language.kernel import Kernel
-    from passgraph.plan.data import Plan
-    from passgraph.run.program import Program
-    from passgraph.run.result import Result
-    from passgraph.verify.conformance.suite import SuiteReport
-    from passgraph.verify.report import Report
 
 Bundle = dict[str, str]
 #: Most pixels of a shown picture, since they are stored in the notebook's file; larger pictures are subsampled.
@@ -39,105 +31,9 @@ def bundle(text: str, html: str = "", svg: str = "") -> Bundle:
     return {kind: content for kind, content in kinds.items() if content}
 
 
-def of_result(result: Result) -> Bundle:
-    """Show each picture at its size, with a description of its mapping; alpha is left out, NaN is magenta."""
-    lines, figures = [], []
-    for name, picture in result.items():
-        array = np.asarray(picture)
-        height, width, channels = array.shape
-        about = f"{name}: {width}x{height}, {channels} channels, {array.dtype}"
-        image, words = _image(array)
-        lines.append(about)
-        figures.append(f"<figure>{image}<figcaption>{escape(f'{about}; {words}')}</figcaption></figure>")
-    return bundle("\n".join(lines), "".join(figures))
-
-
-def of_target(target: Target) -> Bundle:
-    """Show the graph that a target depends on."""
-    return bundle(repr(target), svg=graph_svg([target]))
-
-
-def of_kernel(kernel: Kernel) -> Bundle:
-    """Show a kernel's parameters with defaults and ranges, and its source."""
-    rows = [
-        (p.name, str(p.type), _default(p.default) if p.has_default else "", "" if p.range is None else str(p.range))
-        for p in kernel.parameters
-    ]
-    shader = getattr(kernel, "shader", None)
-    source = kernel.definition.source.text if kernel.definition is not None else "" if shader is None else shader.text
-    parts = [f"<p><b>{escape(kernel.name)}</b>, a {kernel.stage} kernel</p>"]
-    parts.append(table(("parameter", "type", "default", "range"), rows))
-    if source:
-        parts.append(f"<pre>{escape(source)}</pre>")
-    return bundle(repr(kernel), "".join(parts))
-
-
-def _default(value: object) -> str:
+def short(value: object) -> str:
     """Return a float32 default as the shortest decimal number."""
     return f"{value:.7g}" if isinstance(value, float) else str(value)
-
-
-def of_plan(plan: Plan) -> Bundle:
-    """Show the steps of a plan with their reads and writes, notes, and the diagram of lifetimes."""
-    names = {resource.id: resource.name for resource in plan.resources}
-    rows = [
-        (
-            number, step.name, ", ".join(dict.fromkeys(names[r] for r in step.reads)),
-            ", ".join(names[r] for r in step.writes), f"{step.size[0]}x{step.size[1]}", step.work,
-        )
-        for number, step in enumerate(plan.steps, 1)
-    ]  # fmt: skip
-    notes = "".join(f"<li>{escape(note)}</li>" for note in plan.notes)
-    steps = table(("", "pass", "reads", "writes", "size", "work"), rows)
-    memory = f"<p>{plan.bytes / 2**20:.1f} MiB in {len(plan.memories)} pictures</p>"
-    svg = plan.svg()
-    return bundle(plan.explain(), f"{steps}{memory}<ul>{notes}</ul>{svg}" if notes else f"{steps}{memory}{svg}", svg)
-
-
-def of_program(program: Program) -> Bundle:
-    """Show a program's plan, or its graph before the first run if the sizes of inputs are open."""
-    plan = program.known_plan
-    about = f"program on {program.backend.name}"
-    if plan is None:
-        outputs = program.outputs
-        return bundle(f"{about}: {', '.join(outputs)}", svg=graph_svg([*outputs.values()]))
-    views = of_plan(plan)
-    return {
-        **views,
-        "text/plain": f"{about}\n{views['text/plain']}",
-        "text/html": f"<p>{about}</p>{views['text/html']}",
-    }
-
-
-def of_suite(report: SuiteReport) -> Bundle:
-    """Show the table of groups of cases, and the cases that did not pass."""
-    verdict = "passes" if report.passed else "does not pass"
-    text = f"conformance of {report.backend}: {len(report.verdicts)} cases, {len(report.faults)} not passed: {verdict}"
-    rows = [(g.group, g.cases, g.passed, f"{g.most_ambiguous:.2%}", f"{g.seconds:.1f}") for g in report.groups]
-    faults = [(v.id, v.outcome, str(v.divergence or v.reason)) for v in report.faults]
-    parts = [f"<p>{escape(text)}</p>", table(("group", "cases", "passed", "most ambiguous", "seconds"), rows)]
-    if faults:
-        parts.append(table(("case", "outcome", "why"), faults))
-    return bundle("\n".join([text, *(f"{case}: {outcome}: {why}" for case, outcome, why in faults)]), "".join(parts))
-
-
-def of_report(report: Report) -> Bundle:
-    """Show each target on each backend against its bounds."""
-    lines, rows = [], []
-    for backend in report.backends:
-        verdict = "; ".join(backend.faults) or "within bounds"
-        lines.append(f"{backend.name}: {verdict}")
-        if not backend.targets:
-            rows.append((backend.name, "", "", "", "", verdict))
-        for t in backend.targets:
-            within = "within bounds" if t.within_bounds else f"outside at {t.outside:.3%} of pixels"
-            rows.append((backend.name, t.step, t.target, f"{t.max_error:.3g}", f"{t.rmse:.3g}", within))
-    lines += [report.equality] if report.equality else []
-    heads = ("backend", "pass", "target", "largest error", "rmse", "verdict")
-    return bundle("\n".join(lines), f"{table(heads, rows)}<p>{escape(report.equality)}</p>")
-
-
-# Parts
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
@@ -151,7 +47,7 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
 
 
-def _image(picture: Any) -> tuple[str, str]:
+def image(picture: Any) -> tuple[str, str]:
     """Return a picture as an HTML element with one CSS pixel a texel, and a description of its mapping."""
     from PIL import Image
 
@@ -171,9 +67,39 @@ def _image(picture: Any) -> tuple[str, str]:
     return f'<img width="{width}" height="{height}" style="{style}" src="data:image/png;base64,{data}">', words
 
 
-def graph_svg(outputs: Sequence[Target]) -> str:
+class Boxed(Protocol):
+    """A picture of a graph."""
+
+    def _notebook_box_(self) -> Box:
+        """Return the box that shows how it is made."""
+
+
+@dataclass(frozen=True)
+class Box:
+    """A pass, an input, or a picture of an earlier run.
+
+    Attributes
+    ----------
+    key : equal for pictures that share the box
+    """
+
+    key: Hashable
+    title: str
+    about: str
+    is_pass: bool
+    reads: Sequence[Boxed] = ()
+
+
+def graph_svg(outputs: Sequence[Boxed]) -> str:
     """Return an SVG of the passes with their targets, and of the inputs; each is below those that it reads."""
-    boxes, reads = _boxes(outputs)
+    boxes: dict[Hashable, Box] = {}
+    pending = list(outputs)
+    while pending:
+        box = pending.pop()._notebook_box_()
+        if box.key not in boxes:
+            boxes[box.key] = box
+            pending += box.reads
+    reads = {key: list(dict.fromkeys(read._notebook_box_().key for read in box.reads)) for key, box in boxes.items()}
     rows = _rows(boxes, reads)
     most = max(len(row) for row in rows)
     width = most * (BOX_WIDTH + GAP_X) + GAP_X + SIDE
@@ -191,14 +117,14 @@ def graph_svg(outputs: Sequence[Target]) -> str:
     for key, sources in reads.items():
         for source in sources:
             parts.append(f'<path d="{_curve(places[source], places[key])}" fill="none" stroke="#555"/>')
-    for key, (title, about, is_pass) in boxes.items():
+    for key, box in boxes.items():
         x, y = places[key]
-        look = 'rx="6" fill="#e3edf9"' if is_pass else 'fill="#f4f4f4" stroke-dasharray="4 3"'
+        look = 'rx="6" fill="#e3edf9"' if box.is_pass else 'fill="#f4f4f4" stroke-dasharray="4 3"'
         parts += [
-            f"<g><title>{escape(f'{title}: {about}')}</title>",
+            f"<g><title>{escape(f'{box.title}: {box.about}')}</title>",
             f'<rect x="{x:g}" y="{y:g}" width="{BOX_WIDTH}" height="{BOX_HEIGHT}" {look} stroke="#555"/>',
-            f'<text x="{x + 8:g}" y="{y + 16:g}" font-weight="bold" fill="#111">{escape(_cut(title))}</text>',
-            f'<text x="{x + 8:g}" y="{y + 32:g}" fill="#333">{escape(_cut(about))}</text></g>',
+            f'<text x="{x + 8:g}" y="{y + 16:g}" font-weight="bold" fill="#111">{escape(_cut(box.title))}</text>',
+            f'<text x="{x + 8:g}" y="{y + 32:g}" fill="#333">{escape(_cut(box.about))}</text></g>',
         ]
     return "\n".join([*parts, "</svg>"])
 
@@ -219,40 +145,7 @@ def _cut(text: str, most: int = 27) -> str:
     return text if len(text) <= most else f"{text[: most - 1]}…"
 
 
-#: A pass, an input, or a picture of the last run.
-Key = Any
-
-
-def _boxes(outputs: Sequence[Target]) -> tuple[dict[Key, tuple[str, str, bool]], dict[Key, list[Key]]]:
-    """Return the title, text and kind of each box, and the boxes that each reads."""
-    boxes: dict[Key, tuple[str, str, bool]] = {}
-    reads: dict[Key, list[Key]] = {}
-    pending = [output.content for output in outputs]
-    while pending:
-        target = pending.pop()
-        node: Pass | None = target.made_by
-        key: Key = target if node is None else node
-        if key in boxes:
-            continue
-        if node is None:
-            format_ = target.spec.format
-            about = (
-                f"{'earlier run' if target.is_previous else 'input'}{'' if format_ is None else f', {format_.name}'}"
-            )
-            boxes[key], reads[key] = (target.name, about, False), []
-            continue
-        kernel = getattr(node, "kernel", None) or getattr(node, "fragment", None)
-        written = ", ".join(
-            spec.format.name if spec.name == node.name else f"{spec.name} {spec.format.name}" for spec in node.into
-        )
-        boxes[key] = (node.name, f"{'' if kernel is None else kernel.name} → {written}".strip(), True)
-        contents = list(dict.fromkeys(read.content for read in node.reads))
-        reads[key] = list(dict.fromkeys(one if one.made_by is None else one.made_by for one in contents))
-        pending += contents
-    return boxes, reads
-
-
-def _rows(boxes: Mapping[Key, object], reads: Mapping[Key, Sequence[Key]]) -> list[list[Key]]:
+def _rows(boxes: Mapping[Hashable, object], reads: Mapping[Hashable, Sequence[Hashable]]) -> list[list[Hashable]]:
     """Arrange boxes in rows by their longest path from an input, each near the middle of those that it reads."""
     import networkx as nx
 
@@ -260,7 +153,7 @@ def _rows(boxes: Mapping[Key, object], reads: Mapping[Key, Sequence[Key]]) -> li
     graph.add_nodes_from(boxes)
     graph.add_edges_from((source, key) for key, sources in reads.items() for source in sources)
     rows = [list(row) for row in nx.topological_generations(graph)]
-    place: dict[Key, float] = {}
+    place: dict[Hashable, float] = {}
     for row in rows:
         row.sort(key=lambda key: sum(place[s] for s in reads[key]) / max(1, len(reads[key])))
         place.update((key, (at + 0.5) / len(row)) for at, key in enumerate(row))

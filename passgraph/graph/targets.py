@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, NoReturn, TypeAlias
+from typing import TYPE_CHECKING, Any, NoReturn, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,9 @@ from passgraph.graph.draw_state import DrawState, Geometry
 from passgraph.graph.run_values import Formula, check_formula
 from passgraph.language.border_rules import BORDERS
 from passgraph.language.kernel import Kernel
+
+if TYPE_CHECKING:
+    from passgraph.notebook import Box
 
 #: Largest side of a target in pixels: the usual limit of GL 3.3 hardware.
 MAX_SIDE = 1 << 15
@@ -238,10 +241,25 @@ class Target:
         return f"<{self.when}{self.spec!r}>"
 
     def _repr_mimebundle_(self, **_: object) -> dict[str, str]:
-        """Show it in a notebook."""
+        """Show the graph that a target depends on in a notebook."""
         from passgraph import notebook
 
-        return notebook.of_target(self)
+        return notebook.bundle(repr(self), svg=notebook.graph_svg([self]))
+
+    def _notebook_box_(self) -> Box:
+        """Return the box of its pass, or of the input, in a picture of the graph."""
+        from passgraph.notebook import Box
+
+        node = self.made_by
+        if node is None:
+            format_ = "" if self.spec.format is None else f", {self.spec.format.name}"
+            return Box(self.content, self.name, f"{'earlier run' if self.is_previous else 'input'}{format_}", False)
+        kernel = getattr(node, "kernel", None) or getattr(node, "fragment", None)
+        written = ", ".join(
+            spec.format.name if spec.name == node.name else f"{spec.name} {spec.format.name}" for spec in node.into
+        )
+        about = f"{'' if kernel is None else kernel.name} → {written}".strip()
+        return Box(node, node.name, about, True, node.reads)
 
 
 @dataclass(frozen=True, eq=False)

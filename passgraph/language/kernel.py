@@ -9,6 +9,7 @@ import os
 import sys
 import types as pytypes
 from collections.abc import Callable, Mapping
+from html import escape
 from pathlib import Path
 from typing import Any, Self, TypeVar, cast, dataclass_transform
 
@@ -130,10 +131,20 @@ class Kernel:
         return f"<passgraph {self.stage} kernel {self.name}({parameters})>"
 
     def _repr_mimebundle_(self, **_: object) -> dict[str, str]:
-        """Show it in a notebook."""
+        """Show the parameters in a notebook, with defaults and ranges, and the source."""
         from passgraph import notebook
 
-        return notebook.of_kernel(self)
+        rows = [
+            (p.name, p.type, notebook.short(p.default) if p.has_default else "", "" if p.range is None else p.range)
+            for p in self.parameters
+        ]
+        shader = getattr(self, "shader", None)
+        source = self.definition.source.text if self.definition is not None else "" if shader is None else shader.text
+        parts = [f"<p><b>{escape(self.name)}</b>, a {self.stage} kernel</p>"]
+        parts.append(notebook.table(("parameter", "type", "default", "range"), rows))
+        if source:
+            parts.append(f"<pre>{escape(source)}</pre>")
+        return notebook.bundle(repr(self), "".join(parts))
 
 
 def function_source(function: Callable[..., Any]) -> FunctionSource:

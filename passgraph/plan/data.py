@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from html import escape
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
@@ -271,7 +272,20 @@ class Plan:
         return svg(self)
 
     def _repr_mimebundle_(self, **_: object) -> dict[str, str]:
-        """Show it in a notebook."""
+        """Show the steps in a notebook, with their reads and writes, notes, and the diagram of lifetimes."""
         from passgraph import notebook
 
-        return notebook.of_plan(self)
+        names = {resource.id: resource.name for resource in self.resources}
+        rows = [
+            (
+                number, step.name, ", ".join(dict.fromkeys(names[r] for r in step.reads)),
+                ", ".join(names[r] for r in step.writes), f"{step.size[0]}x{step.size[1]}", step.work,
+            )
+            for number, step in enumerate(self.steps, 1)
+        ]  # fmt: skip
+        notes = "".join(f"<li>{escape(note)}</li>" for note in self.notes)
+        steps = notebook.table(("", "pass", "reads", "writes", "size", "work"), rows)
+        memory = f"<p>{self.bytes / 2**20:.1f} MiB in {len(self.memories)} pictures</p>"
+        listed = f"<ul>{notes}</ul>" if notes else ""
+        svg = self.svg()
+        return notebook.bundle(self.explain(), f"{steps}{memory}{listed}{svg}", svg)

@@ -166,10 +166,20 @@ class Program:
         return dict(self._outputs)
 
     def _repr_mimebundle_(self, **_: object) -> dict[str, str]:
-        """Show it in a notebook."""
+        """Show the plan in a notebook, or the graph before the first run if the sizes of inputs are open."""
         from passgraph import notebook
 
-        return notebook.of_program(self)
+        plan = self.known_plan
+        about = f"program on {self.backend.name}"
+        if plan is None:
+            outputs = self.outputs
+            return notebook.bundle(f"{about}: {', '.join(outputs)}", svg=notebook.graph_svg([*outputs.values()]))
+        views = plan._repr_mimebundle_()
+        return {
+            **views,
+            "text/plain": f"{about}\n{views['text/plain']}",
+            "text/html": f"<p>{about}</p>{views['text/html']}",
+        }
 
     def _alone(self, what: str) -> Alone:
         """Return a context in which no other thread uses the backend."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from html import escape
 from os import PathLike
 from typing import Any, Literal, TypeAlias
 
@@ -58,7 +59,15 @@ class Result(Mapping[str, Picture]):
         save(path, self[next(iter(self)) if name is None else name])
 
     def _repr_mimebundle_(self, **_: object) -> dict[str, str]:
-        """Show it in a notebook."""
+        """Show each picture at its size in a notebook, with its mapping; alpha is left out, NaN is magenta."""
         from passgraph import notebook
 
-        return notebook.of_result(self)
+        lines, figures = [], []
+        for name, picture in self.items():
+            array = np.asarray(picture)
+            height, width, channels = array.shape
+            about = f"{name}: {width}x{height}, {channels} channels, {array.dtype}"
+            image, words = notebook.image(array)
+            lines.append(about)
+            figures.append(f"<figure>{image}<figcaption>{escape(f'{about}; {words}')}</figcaption></figure>")
+        return notebook.bundle("\n".join(lines), "".join(figures))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from html import escape
 
 import numpy as np
 
@@ -269,10 +270,21 @@ class Report:
         return bool(ran) and all(report.passed for report in ran)
 
     def _repr_mimebundle_(self, **_: object) -> dict[str, str]:
-        """Show it in a notebook."""
+        """Show each target on each backend against its bounds in a notebook."""
         from passgraph import notebook
 
-        return notebook.of_report(self)
+        lines, rows = [], []
+        for backend in self.backends:
+            verdict = "; ".join(backend.faults) or "within bounds"
+            lines.append(f"{backend.name}: {verdict}")
+            if not backend.targets:
+                rows.append((backend.name, "", "", "", "", verdict))
+            for t in backend.targets:
+                within = "within bounds" if t.within_bounds else f"outside at {t.outside:.3%} of pixels"
+                rows.append((backend.name, t.step, t.target, f"{t.max_error:.3g}", f"{t.rmse:.3g}", within))
+        lines += [self.equality] if self.equality else []
+        heads = ("backend", "pass", "target", "largest error", "rmse", "verdict")
+        return notebook.bundle("\n".join(lines), f"{notebook.table(heads, rows)}<p>{escape(self.equality)}</p>")
 
     @property
     def equality(self) -> str:

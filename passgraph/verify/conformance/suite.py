@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from html import escape
 from importlib import import_module
 from typing import Literal, cast
 
@@ -103,10 +104,19 @@ class SuiteReport:
         return tuple(_summary(name, [v for v in self.verdicts if v.group == name]) for name in names)
 
     def _repr_mimebundle_(self, **_: object) -> dict[str, str]:
-        """Show it in a notebook."""
+        """Show the groups of cases in a notebook, and the cases that did not pass."""
         from passgraph import notebook
 
-        return notebook.of_suite(self)
+        verdict = "passes" if self.passed else "does not pass"
+        text = f"conformance of {self.backend}: {len(self.verdicts)} cases, {len(self.faults)} not passed: {verdict}"
+        rows = [(g.group, g.cases, g.passed, f"{g.most_ambiguous:.2%}", f"{g.seconds:.1f}") for g in self.groups]
+        faults = [(v.id, v.outcome, str(v.divergence or v.reason)) for v in self.faults]
+        heads = ("group", "cases", "passed", "most ambiguous", "seconds")
+        parts = [f"<p>{escape(text)}</p>", notebook.table(heads, rows)]
+        if faults:
+            parts.append(notebook.table(("case", "outcome", "why"), faults))
+        lines = [text, *(f"{case}: {outcome}: {why}" for case, outcome, why in faults)]
+        return notebook.bundle("\n".join(lines), "".join(parts))
 
 
 def _summary(group: str, verdicts: Sequence[Verdict]) -> Summary:
