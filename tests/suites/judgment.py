@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any, Literal
 
 import numpy as np
 
+from passgraph.backends.base import Backend
 from passgraph.errors import PassgraphError
+
+#: The open backends that a case runs on, by name.
+Backends = Mapping[str, Backend | str]
 
 
 @dataclass(frozen=True)
@@ -62,11 +67,15 @@ def arguments_of(kernel: Any, values: dict[str, tuple[float, ...]]) -> dict[str,
     }
 
 
-def numbers_of(judgments: dict[str, Judgment]) -> dict[str, Any]:
-    """Return the numbers that are kept: of each verdict, and of refusals by reason; names of wrong cases."""
+def numbers_of(judgments: dict[str, Judgment], sample: str) -> dict[str, Any]:
+    """Return the numbers that are kept: of each verdict, and of refusals by reason; names of wrong cases.
+
+    ``sample`` : which of a suite's cases were judged
+    """
     verdicts = Counter(judgment.verdict for judgment in judgments.values())
     reasons = Counter(judgment.reason[:60] for judgment in judgments.values() if judgment.verdict == "refused")
     return {
+        "cases": sample,
         **{verdict: verdicts.get(verdict, 0) for verdict in ("right", "refused", "wrong", "accepted")},
         "reasons": dict(sorted(reasons.items(), key=lambda item: (-item[1], item[0]))),
         "names of wrong": sorted(name for name, judgment in judgments.items() if judgment.verdict == "wrong"),

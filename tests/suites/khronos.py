@@ -16,8 +16,9 @@ from typing import Any
 import numpy as np
 
 import passgraph as pg
+from passgraph.backends.base import Backend
 from passgraph.errors import PassgraphError
-from tests.suites.judgment import Judgment, arguments_of, components_of
+from tests.suites.judgment import Backends, Judgment, arguments_of, components_of
 
 FOLDERS = ("gles2/shaders", "gles3/shaders", "gles31/shaders/es31")
 #: The suite allows this difference of floats from its values (``glsShaderLibraryCase.cpp``).
@@ -170,37 +171,40 @@ def shader_of(case: Case) -> tuple[str, int]:
     return version + text.strip() + "\n", count
 
 
-def judge(case: Case, backend: str) -> Judgment:
-    """Return how a case went on a backend."""
+def judge(case: Case, backends: Backends) -> dict[str, Judgment]:
+    """Return how a case went on each backend, or on each name if it is only compiled; it is parsed once."""
     try:
         text, count = shader_of(case)
         kernel = pg.kernel(glsl=text, name="suite")
-        if case.is_invalid:
-            return Judgment("accepted")
-        runs = max((len(value.runs) for value in case.values), default=1)
-        for run in range(runs):
-            values = {value.name: value.runs[min(run, len(value.runs) - 1)] for value in case.values}
-            arguments = arguments_of(kernel, values)
-            if run == 0:
-                into = tuple(pg.target(f"result{k}", "rgba32f", size=(1, 1)) for k in range(count))
-                made = kernel(**arguments, into=into if count > 1 else into[0], name="suite")
-                program = pg.compile(
-                    {f"result{k}": target for k, target in enumerate(made if count > 1 else [made])},
-                    backend=backend, non_finite="keep",
-                )  # fmt: skip
-            else:
-                for name, argument in arguments.items():
-                    program.set("suite", name, argument)
-            results = program()
-            numbers = np.concatenate([results[f"result{k}"][0, 0] for k in range(count)])
-            wrong = _difference(case, numbers, run)
-            if wrong:
-                program.close()
-                return Judgment("wrong", f"run {run}: {wrong}")
-        program.close()
-        return Judgment("right")
     except PassgraphError as error:
-        return Judgment("right") if case.is_invalid else Judgment.refused(error)
+        return dict.fromkeys(backends, Judgment("right") if case.is_invalid else Judgment.refused(error))
+    if case.is_invalid:
+        return dict.fromkeys(backends, Judgment("accepted"))
+    return {name: _run(case, kernel, count, backend) for name, backend in backends.items()}
+
+
+def _run(case: Case, kernel: pg.Kernel, count: int, backend: Backend | str) -> Judgment:
+    """Return how each run of a case went on a backend."""
+    try:
+        into = tuple(pg.target(f"result{k}", "rgba32f", size=(1, 1)) for k in range(count))
+        made: Any = kernel(**_arguments(case, kernel, 0), into=into if count > 1 else into[0], name="suite")
+        outputs = {f"result{k}": target for k, target in enumerate(made if count > 1 else [made])}
+        with pg.compile(outputs, backend=backend, non_finite="keep") as program:
+            for run in range(max((len(value.runs) for value in case.values), default=1)):
+                for name, argument in _arguments(case, kernel, run).items() if run else ():
+                    program.set("suite", name, argument)
+                results = program()
+                numbers = np.concatenate([results[name][0, 0] for name in outputs])
+                wrong = _difference(case, numbers, run)
+                if wrong:
+                    return Judgment("wrong", f"run {run}: {wrong}")
+    except PassgraphError as error:
+        return Judgment.refused(error)
+    return Judgment("right")
+
+
+def _arguments(case: Case, kernel: pg.Kernel, run: int) -> dict[str, Any]:
+    return arguments_of(kernel, {value.name: value.runs[min(run, len(value.runs) - 1)] for value in case.values})
 
 
 def _difference(case: Case, numbers: Any, run: int) -> str:

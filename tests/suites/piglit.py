@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 
 import passgraph as pg
+from passgraph.backends.base import Backend
 from passgraph.errors import PassgraphError
-from tests.suites.judgment import Judgment, arguments_of
+from tests.suites.judgment import Backends, Judgment, arguments_of
 
 #: Pixels along each side of piglit's window.
 WINDOW = 250
@@ -128,10 +129,17 @@ def _probe(line: str) -> tuple[float | None, float | None, tuple[float, ...]]:
     return (x * WINDOW, y * WINDOW, tuple(color)) if relative else (x, y, tuple(color))
 
 
-def judge(case: Case, backend: str) -> Judgment:
-    """Return how a test went on a backend."""
+def judge(case: Case, backends: Backends) -> dict[str, Judgment]:
+    """Return how a test went on each backend; it is parsed once."""
     try:
         kernel = pg.kernel(glsl=case.fragment.strip() + "\n", name="suite")
+    except PassgraphError as error:
+        return dict.fromkeys(backends, Judgment.refused(error))
+    return {name: _run(case, kernel, backend) for name, backend in backends.items()}
+
+
+def _run(case: Case, kernel: pg.Kernel, backend: Backend | str) -> Judgment:
+    try:
         arguments = arguments_of(kernel, case.uniforms)
         made: Any = kernel(**arguments, into=pg.target("result", "rgba32f", size=(WINDOW, WINDOW)), name="suite")
         with pg.compile({"result": made}, backend=backend, non_finite="keep") as program:
