@@ -27,19 +27,20 @@ _SCALAR = {
 #: Functions of vectors by their definition, of numbers and of vectors.
 _VECTOR = """
 float pg_dot(T a, T b) { precise float sum = SUM; return sum; }
-float pg_length(T a) { return sqrt(pg_dot(a, a)); }
-float pg_distance(T a, T b) { return pg_length(a - b); }
-T pg_normalize(T a) { float size = pg_length(a); return size == 0.0 ? a : a / size; }
+float pg_length(T a) { precise float size = sqrt(pg_dot(a, a)); return size; }
+float pg_distance(T a, T b) { precise T way = a - b; return pg_length(way); }
+T pg_normalize(T a) { float size = pg_length(a); precise T unit = size == 0.0 ? a : a / size; return unit; }
 T pg_mix(T a, T b, bT c) { return mix(a, b, c); }
 """
+#: Comparisons choose by mix: compilers make b < a ? b : a the least, which of NaN and a number is the number.
 _NUMBERS = """
-float pg_least(float a, float b) { return b < a ? b : a; }
-float pg_most(float a, float b) { return a < b ? b : a; }
+float pg_least(float a, float b) { precise float least = mix(a, b, b < a); return least; }
+float pg_most(float a, float b) { precise float most = mix(a, b, a < b); return most; }
 int pg_least(int a, int b) { return min(a, b); }
 int pg_most(int a, int b) { return max(a, b); }
-float pg_dot(float a, float b) { return a * b; }
+float pg_dot(float a, float b) { precise float product = a * b; return product; }
 float pg_length(float a) { return abs(a); }
-float pg_distance(float a, float b) { return abs(a - b); }
+float pg_distance(float a, float b) { precise float way = a - b; return abs(way); }
 """
 _ANGLE = "float pg_atan(float y, float x) { return pg_atan2(y, x); }"
 #: As pictures are read whose border is "clamp": ``sample_upward`` of passgraph/language/library.py.
@@ -94,6 +95,20 @@ def definitions(names: Collection[str]) -> str:
     return _functions() + "\n" + "".join(f"#define {name} pg_{name}\n" for name in sorted(names))
 
 
+def precise(text: str) -> str:
+    """A shader whose variables and results are all precise: a driver computes them as they are written.
+
+    Of ``a * (1.0 - t) + b * t`` Mesa 25 makes another expression, where only what is drawn at last is precise.
+    """
+    lines, result = [], ""
+    for line in text.splitlines():
+        if head := re.match(r"(\w+) \w+\(.*{$", line):
+            result = head[1]
+        line = re.sub(r"^( +)(float|vec[234]) ", r"\1precise \2 ", line) if result else line
+        lines.append(re.sub(r"\breturn (.+);", rf"{{ precise {result} result = \1; return result; }}", line))
+    return "\n".join(lines)
+
+
 def _of_vectors(type_: str, parts: str) -> Iterator[str]:
     """Functions of numbers component by component, and those of vectors."""
     for name, kinds in _SCALAR.items():
@@ -133,7 +148,9 @@ class _Written:
     def _line(self, node: ast.stmt) -> str:
         match node:
             case ast.Return(value=ast.expr() as value):
-                return f"return {self._of(value)[0]};"
+                # In a caller, precise does not reach what a function computes: Mesa 25 makes mix another expression.
+                text, type_ = self._of(value)
+                return f"precise {type_} result = {text}; return result;"
             case ast.Assign([ast.Name(id=name)], value):
                 text, type_ = self._of(value)
                 declared = "" if name in self.types else f"precise {type_} "

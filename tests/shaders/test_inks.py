@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 from agreement_glsl import picture
-from defined import definitions, used
+from defined import definitions, precise, used
 from original import HEAD, original
 
 import passgraph as pg
@@ -35,7 +35,7 @@ def test_every_branch_has_the_bits_of_the_original_with_settled_functions() -> N
     places[..., 1] = (SIZE[1] - 1 - y + np.float32(0.5)) / np.float32(SIZE[1])
     head = HEAD.replace("330", "420").replace("out vec4", "precise out vec4") + definitions(used(TEXT))
     head += "uniform sampler2D places;\n#define at (texelFetch(places, ivec2(gl_FragCoord.xy), 0).xy)\n"
-    text = TEXT.replace("varying vec2 at;", "")
+    text = precise(TEXT.replace("varying vec2 at;", ""))
     given = {name: value if isinstance(value, tuple) else pg.Value(name) for name, value in VALUES.items()}
     made = pg.kernel(glsl=TEXT, name="inks")(
         pg.Input("picture", "rgba32f", SIZE), into=pg.target("out", "rgba32f"), **given
