@@ -15,7 +15,11 @@ class KernelError(PassgraphError):
 
 
 class KernelLengthError(KernelError):
-    """A kernel that is too long for drivers to compile in reasonable time."""
+    """A kernel past a limit: too long for drivers to compile in reasonable time, too deep, or with too long arrays."""
+
+
+class UnsupportedGlslError(KernelError):
+    """Valid GLSL that is not read here, such as cube maps."""
 
 
 class GraphError(PassgraphError):

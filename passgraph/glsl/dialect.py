@@ -72,6 +72,11 @@ class Dialect:
         """Return True if qualifiers of a parameter have an order: const, in or out, precision."""
         return 0 < self.version < (310 if self.es else 420)
 
+    @property
+    def has_constant_locals(self) -> bool:
+        """Return True if the value of a local ``const`` must be constant, too."""
+        return 0 < self.version < 420 or self.es
+
     def lacks(self, operator: str) -> bool:
         """Return True if an operator is reserved."""
         return operator in _INTEGER_OPERATORS and self.version in (100, 110, 120)

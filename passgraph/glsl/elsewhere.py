@@ -32,6 +32,22 @@ def elsewhere(word: str) -> str | None:
     return None
 
 
+#: Functions of GLSL of which some are not read here.
+_BUILT_IN = re.compile(
+    r"(texture|shadow|texelFetch|sparseTexture|image|atomic|interpolateAt|dFd|fwidth|subpassLoad|traceRay|rayQuery"
+    r"|subgroup|allInvocation|anyInvocation|(un)?pack(Double|Half|Snorm|Unorm))\w*|noise[1-4]|ftransform"
+)
+
+
+def is_built_in(name: str) -> bool:
+    """Return True for a name that GLSL or an extension of it gives to a function.
+
+    >>> is_built_in("textureCube"), is_built_in("textured"), is_built_in("blur")
+    (True, True, False)
+    """
+    return _BUILT_IN.fullmatch(name) is not None or elsewhere(name) is not None
+
+
 #: Functions of HLSL and Cg → their equivalents in GLSL.
 _FUNCTIONS = {
     "lerp": "mix(a, b, t)", "frac": "fract(x)", "saturate": "clamp(x, 0.0, 1.0)", "atan2": "atan(y, x)",

@@ -6,9 +6,10 @@ from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING
 
+from passgraph.errors import KernelError, UnsupportedGlslError
 from passgraph.glsl import syntax as g
 from passgraph.glsl.builtins import BUILTINS, overloads
-from passgraph.glsl.elsewhere import elsewhere, mending
+from passgraph.glsl.elsewhere import elsewhere, is_built_in, mending
 from passgraph.glsl.expression_parser import TYPES
 from passgraph.glsl.operators import cost_of, fitted, plain
 from passgraph.glsl.places import Place, place_of, read_place
@@ -85,7 +86,8 @@ class Calls:
         if node.name in unit.functions:
             below = place_in(unit.functions[node.name][0].span, span)
             fail(span, f"{node.name} is called before its declaration{below}; declare a prototype before the call")
-        fail(span, elsewhere(node.name) or f"there is no function {node.name!r}{self._near(node.name)}")
+        reason = elsewhere(node.name) or f"there is no function {node.name!r}{self._near(node.name)}"
+        fail(span, reason, UnsupportedGlslError if is_built_in(node.name) else KernelError)
 
     def _near(self, name: str) -> str:
         unit = self.body.unit

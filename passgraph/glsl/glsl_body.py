@@ -6,6 +6,7 @@ from collections.abc import Collection, Sequence
 from functools import partial
 from itertools import chain
 
+from passgraph.errors import KernelError, KernelLengthError, UnsupportedGlslError
 from passgraph.glsl import syntax as g
 from passgraph.glsl.builtins import overloads
 from passgraph.glsl.elsewhere import elsewhere, mending
@@ -66,14 +67,15 @@ class Body:
         if value is None and name in STAGE:
             value = Known(STAGE[name](self.unit, span), "a value of the stage")
         if value is None and name in self.unit.missing:
-            fail(span, self.unit.missing[name])
+            fail(span, self.unit.missing[name], UnsupportedGlslError)
         if value is None:
             if name in self.unit.functions:
                 fail(span, f"{name!r} is not defined here; it is a function; call it")
             if name in self.unit.names:
                 fail(span, f"{name!r} is used before its declaration; declare it before")
             suggestion = mending(name, (*chain(*self.scopes), *self.unit.names, *self.unit.values, *STAGE))
-            fail(span, elsewhere(name) or f"{name!r} is not defined here{suggestion or '; declare it before'}")
+            reason = elsewhere(name) or f"{name!r} is not defined here{suggestion or '; declare it before'}"
+            fail(span, reason, UnsupportedGlslError if name.startswith("gl_") else KernelError)
         return value
 
     def bind(self, name: str, binding: Binding) -> None:
@@ -208,13 +210,16 @@ class Body:
         if function in calls:
             fail(span, f"{function.name} calls itself; GLSL has no recursion")
         if len(calls) >= MAX_CALL_DEPTH:
-            fail(span, f"calls nest deeper than {MAX_CALL_DEPTH}")
+            fail(span, f"calls nest deeper than {MAX_CALL_DEPTH}", KernelLengthError)
         calls.append(function)
+        self.unit.inlined.add(function)
         void = function.result.name == "void" and not function.result.lengths
         place = self.unit.defined_at.get(function, BEFORE)
         result = None if void else Body(self.unit, place=place).type_of(function.result, function.result.span)
         if result is not None:
             check_local(result, f"the result of {function.name}", function.result.span)
+            if holds_pictures(result):
+                fail(function.result.span, f"a function cannot return a sampler, got {result}; pass it as a parameter")
         inner = Body(self.unit, function.name, result, place)
         # In GLSL ES 1.00 the body is a scope of its own, whose names may hide parameters (section 4.2.2).
         inner.scopes, inner.heads = [{}], set() if self.unit.dialect.version == 100 else {1}
@@ -243,6 +248,8 @@ class Body:
         """Bind a parameter: copied in, and copied out at the end."""
         what = f"{self.name}({parameter.name})"
         if holds_pictures(type_):
+            if parameter.passed != "in":
+                fail(parameter.span, f"{what} holds a sampler, which cannot be {parameter.passed}; leave that out")
             self.bind(parameter.name, Known(fitted(argument, type_, span, what), "a sampler"))  # type: ignore[arg-type]
             return
         if not fixed or parameter.passed != "in":

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, TypeAlias
 
+from passgraph.errors import KernelLengthError
 from passgraph.glsl import syntax as g
 from passgraph.glsl.builtins import overloads
 from passgraph.glsl.unit import Slot
@@ -354,7 +355,7 @@ def emit_loop(body: Body, node: g.Loop) -> None:
         most = _open_trips(body.unit, block)
         if most < MIN_OPEN:
             left = f"the end of this loop is not known here, and too few trips ({most}) are left for it"
-            fail(span, f"{left}; give it and the loops around it ends that constants tell")
+            fail(span, f"{left}; give it and the loops around it ends that constants tell", KernelLengthError)
         unit.note(span, f"the end of this loop is not known here: it makes {most} trips at most")
     else:
         # One more, up to the end value, if the counter is visible after the loop.

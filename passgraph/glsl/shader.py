@@ -13,12 +13,14 @@ from typing import TYPE_CHECKING, Any, TypeAlias, cast
 from passgraph.errors import KernelError
 from passgraph.glsl import syntax as g
 from passgraph.glsl.builtins import overloads
+from passgraph.glsl.constant_rules import check_names
 from passgraph.glsl.dialect import Dialect
 from passgraph.glsl.glsl_body import Body
 from passgraph.glsl.glsl_parser import Parser
 from passgraph.glsl.operators import fitted, type_of_part
 from passgraph.glsl.preprocess import preprocessed
 from passgraph.glsl.stage_values import DEPTH_RANGE, STAGE, TEXTURE_COORDINATES, fragment, position, texture_coordinates
+from passgraph.glsl.uncalled import check_uncalled
 from passgraph.glsl.unit import BEFORE, END, SQUARE, Known, Note, Slot, Uniform, Unit, holds_pictures
 from passgraph.glsl.walk import assigned_names, is_open, sides_written
 from passgraph.language import ir
@@ -406,6 +408,8 @@ def _program(tree: tuple[g.Outer, ...], unit: Unit, source: ShaderText) -> tuple
     if main is None:
         raise KernelError(f"{source.file}: there is no function {entry}() without parameters, where a shader begins")
     value = body.inline(main, [], main.span)
+    check_names(tree, unit)
+    check_uncalled(tree, unit)
     declared_outputs = _outputs(body, value, outputs, main.span)
     unit.builder.keep_or_clear(Variable(FLOAT, "", dict(declared_outputs)), main.span)
     results = _results(declared_outputs, main.span)

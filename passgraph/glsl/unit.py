@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TypeAlias, TypeVar
 
+from passgraph.errors import UnsupportedGlslError
 from passgraph.glsl import syntax as g
 from passgraph.glsl.dialect import Dialect
 from passgraph.glsl.operators import fitted
@@ -106,6 +107,7 @@ class Unit:
     missing: dict[str, str] = field(default_factory=dict)  # names that are not available, with the reasons
     used: set[str] = field(default_factory=set)  # global names that functions read
     notes: dict[tuple[str, int, str], Note] = field(default_factory=dict)
+    inlined: set[g.Function] = field(default_factory=set)  # functions with a call that was lowered
     leaving: dict[g.Statement, bool] = field(default_factory=dict)  # statements that may leave their function
     work: int = 0  # estimated instructions of open loops
     trips: int = 1  # of the enclosing loops together, with the most for open ones
@@ -176,7 +178,7 @@ class Unit:
             return IMAGE
         type_ = NAMED.get(SQUARE.get(name, name))
         if type_ is None or isinstance(type_, ImageType):
-            fail(span, f"{name} is not a type that shaders have here")
+            fail(span, f"{name} is not a type that shaders have here", UnsupportedGlslError)
         return type_
 
     def array_type(self, element: Type, length: ir.Number | None, span: Span) -> Type:

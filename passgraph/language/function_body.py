@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TypeVar, cast
 
-from passgraph.errors import KernelError
+from passgraph.errors import KernelError, KernelLengthError
 from passgraph.language import ir
 from passgraph.language.assignments import Assignments, Place, Variable, new_variable, read_variable, zero_of
 from passgraph.language.composites import Lists, alone, mapped, nth, spread
@@ -90,6 +90,7 @@ class Builder:
                 span,
                 f"the kernel grows past {MAX_STATEMENTS} statements once its functions are inlined and its derivatives "
                 "written out",
+                KernelLengthError,
             )
 
     def captured(self, emit: Callable[[], None], span: Span) -> tuple[ir.Stmt, ...]:
@@ -99,6 +100,7 @@ class Builder:
                 span,
                 f"branches and loops nest deeper than {MAX_BLOCKS}, functions inlined; what follows a return in a "
                 "branch counts as the other branch",
+                KernelLengthError,
             )
         self.blocks.append([])
         emit()
@@ -148,6 +150,7 @@ class Builder:
                 span,
                 f"the kernel grows past {MAX_EXPRESSIONS} expressions once its functions are inlined and its arrays "
                 "written out",
+                KernelLengthError,
             )
 
     def fresh(self, hint: str) -> str:

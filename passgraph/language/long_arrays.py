@@ -9,6 +9,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from passgraph.errors import KernelLengthError
 from passgraph.language import ir
 from passgraph.language.source import Span, fail
 from passgraph.language.types import (
@@ -96,6 +97,7 @@ def check_local(type_: Type, what: str, span: Span) -> None:
         fail(
             span,
             f"{what} would hold {long}; arrays of more than {MAX_ARRAY_LENGTH} elements are parameters, read by index",
+            KernelLengthError,
         )
 
 

@@ -70,8 +70,8 @@ def place_in(before: Span, span: Span) -> str:
 NOWHERE = Span("<passgraph>", 0, 0, 1)
 
 
-def fail(span: Span, message: str) -> NoReturn:
-    raise KernelError(span.point_at(message))
+def fail(span: Span, message: str, kind: type[KernelError] = KernelError) -> NoReturn:
+    raise kind(span.point_at(message))
 
 
 #: Python warns of unknown escapes, and only a process-wide filter could silence that; docstrings have some.
