@@ -166,8 +166,11 @@ def declare_inputs(body: Body, node: g.Declaration) -> None:
         name, span, unit = variable.name, variable.span, body.unit
         open_length = (TEXTURE_COORDINATES,) if name == "gl_TexCoord" else ()
         type_ = body.type_of(variable.type, variable.type.span, open_length)
-        if isinstance(unit.names.get(name), Slot):
-            continue  # a variable that a container's prelude writes
+        handed = unit.names.get(name)
+        if isinstance(handed, Slot):  # a variable that a container's prelude writes
+            if handed.variable.type != type_ and not name.startswith("gl_"):
+                fail(span, f"input {name} is {type_} here, and {handed.variable.type} in the vertex shader")
+            continue
         if name == "gl_FragCoord":
             part = fragment(unit, span, "origin_upper_left" in node.layout, "pixel_center_integer" in node.layout)
             body.bind(name, Known(fitted(part, type_, span, name), "an input"))
@@ -177,6 +180,8 @@ def declare_inputs(body: Body, node: g.Declaration) -> None:
         elif name in STAGE:
             part = fitted(STAGE[name](unit, span), type_, span, name)
             body.bind(name, Known(part, "an input"))
+        elif unit.has_vertex_stage:
+            unit.missing[name] = f"input {name} is no output of the vertex shader"
         elif type_ == VEC2:
             unit.note(
                 span, f"input {name} is the position in the picture here, from (0, 0) at the bottom left to (1, 1)"
@@ -210,6 +215,7 @@ class ShaderText:
         for something else, or declare a uniform of it
     rows_up : True if the shader counts rows of pictures from the bottom, as in OpenGL; False for the top
     included : the text of each included file, by its path
+    has_vertex_stage : True if the prelude runs a vertex shader, whose outputs are the inputs of the text
     """
 
     text: str
@@ -223,6 +229,7 @@ class ShaderText:
     values: Mapping[str, str] = field(default_factory=dict)
     rows_up: bool = True
     included: Mapping[str, str] = field(default_factory=dict)
+    has_vertex_stage: bool = False
 
 
 @dataclass(frozen=True)
@@ -279,7 +286,7 @@ def parse_shader(source: ShaderText, folder: Path | None = None, levels: frozens
     """Parse like :func:`parse`; without a folder, only files in ``source`` are included."""
     file = source.file
     around = frozenset([source.prelude_file, POSTLUDE])
-    unit = Unit(source.rows_up, levels, around)
+    unit = Unit(source.rows_up, levels, around, source.has_vertex_stage)
     unit.values = {name: _expression(text, source.prelude_file) for name, text in source.values.items()}
     pieces = [(source.prelude, source.prelude_file), (source.text, file), (source.postlude, POSTLUDE)]
     try:

@@ -90,6 +90,7 @@ class Unit:
     around: frozenset[str] = (
         frozenset()
     )  # file names of the container's text, whose uniforms become parameters only if they are used
+    has_vertex_stage: bool = False  # True if variables of the prelude are the only inputs
     dialect: Dialect = field(default_factory=Dialect)
     tree: tuple[g.Outer, ...] = ()
     builder: Builder = field(default_factory=lambda: Builder("pixel"))

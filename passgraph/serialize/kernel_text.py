@@ -273,7 +273,7 @@ class KernelReader:
         from passgraph.glsl import ShaderText, parse_shader  # few documents hold shaders
 
         document = self.document
-        flags, tables = ("rows_up",), ("defines", "values", "included")
+        flags, tables = ("rows_up", "has_vertex_stage"), ("defines", "values", "included")
         record = document.record(data, where, *ShaderText.__dataclass_fields__)
         fields: dict[str, Any] = {}
         for name, value in record.items():

@@ -328,7 +328,7 @@ _ONE = "shaders = 1\nshader0 = one.glsl\n"
         (_ONE + "textures = " + ";".join(f"L{i}" for i in range(33)), "at most 32 textures"),
         (_ONE + "alias0 = a b", "alias0 is a name"),
         ("shaders = 1\nshader0 = half.glsl", "has not both halves"),
-        ("shaders = 1\nshader0 = turned.glsl", "vertex half hands on floats"),
+        ("shaders = 1\nshader0 = turned.glsl", "vertex shader hands on floats"),
         ("shaders = 1\nshader0 = sized.glsl", "size of no picture"),
         ("shaders = 1\nshader0 = bad.glsl", r"bad.glsl"),
     ],
@@ -338,7 +338,7 @@ def test_a_wrong_preset_is_refused(tmp_path, preset: str, says: str) -> None:
     texts = {
         "one": one,
         "half": "#if defined(VERTEX)\n#endif\nvoid main() {}",
-        "turned": one.replace("out vec4 TEX0", "out mat2 turn; out vec4 TEX0"),
+        "turned": one.replace("out vec4 TEX0", "out ivec2 turn; out vec4 TEX0"),
         "sized": one.replace("uniform vec2 OutputSize", "uniform vec2 Pass9TextureSize; uniform vec2 OutputSize"),
         "bad": one.replace("Same it", "Other it"),
     }

@@ -8,10 +8,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import pairwise
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -19,15 +18,12 @@ from passgraph.errors import InputError
 from passgraph.formats import format_named
 from passgraph.glsl import Shader, parse
 from passgraph.glsl import syntax as g
-from passgraph.glsl.glsl_parser import Parser
 from passgraph.glsl.preprocess import preprocessed
-from passgraph.glsl.tokens import Token
 from passgraph.graph.calls import PixelKernel
 from passgraph.graph.run_values import FRAME_INDEX, Formula
 from passgraph.graph.targets import MAX_SIDE, Computed, Target, TargetSpec, previous, target
-from passgraph.language.source import Span, fail
+from passgraph.language.source import fail
 from passgraph.language.types import FLOAT, ImageType
-from passgraph.shaders.containers.corners import MAX_VARYINGS, WITHIN, Varying, interpolated
 from passgraph.shaders.containers.effect import (
     ShaderEffect,
     ShaderParameter,
@@ -37,6 +33,7 @@ from passgraph.shaders.containers.effect import (
     zero_of_type,
 )
 from passgraph.shaders.containers.shader_images import loaded, small_kernel
+from passgraph.shaders.containers.vertex_stage import Inputs, vertex_stage
 
 MAX_PASSES, MAX_TEXTURES, MAX_REFERENCES = 64, 32, 16
 #: Most parent folders above the preset's for its files, since trees of presets share shaders and pictures.
@@ -284,10 +281,6 @@ _STAYS = {
     "MVPMatrix*VertexCoord",
     "+".join(f"VertexCoord.{axis}*MVPMatrix[{i}]" for i, axis in enumerate("xyzw")),
 }
-_HANDED, _GIVEN = frozenset(["varying", "out"]), frozenset(["attribute", "in"])
-_LAYERS = _HANDED | _GIVEN | {"flat", "smooth", "noperspective", "centroid", "invariant"}
-_END = Token("end", "", Span("", 1, 0, 0))
-_FLOATS = ("float", "vec2", "vec3", "vec4")
 
 
 def is_libretro(text: str) -> bool:
@@ -333,7 +326,7 @@ def read_shader(text: str, path: Path, name: str, pictures: Iterable[str]) -> Sh
     declared = ["vec2 OutputSize = pg_output_size;", _MATRIX]
     declared += [f"uniform sampler2D {sampler};" for sampler in sorted(set(sizes.values()))]
     declared += [f"vec2 {size} = vec2(textureSize({sampler}, 0));" for size, sampler in sizes.items()]
-    prelude = f"{' '.join(declared)} {_vertex_half(tokens, file)}"
+    prelude = f"{' '.join(declared)} {vertex_stage(tokens, file, _INPUTS)}"
     return parse(
         plain, name=name, file=file, prelude=prelude, prelude_file=f"{file}, vertex half",
         defines={**_DEFINES, "FRAGMENT": "1"}, folder=path.parent, rows_up=False,
@@ -355,43 +348,6 @@ def _without(declared: re.Match[str]) -> str:
     return text
 
 
-def _vertex_half(tokens: list[Token], file: str) -> str:
-    """Return GLSL that runs the vertex part at the corners, with a variable for each varying."""
-    tree = Parser(list(tokens), file).shader()
-    names: set[str] = {"gl_Position", "gl_PointSize"}
-    handed: list[Varying] = []
-    variables: list[g.Variable] = []
-    for node in tree:
-        if isinstance(node, (g.Function, g.Struct)):
-            names.add(node.name)
-        elif isinstance(node, g.Declaration) and "uniform" not in node.qualifiers:
-            names |= {variable.name for variable in node.variables}
-            if node.qualifiers & _HANDED:
-                handed += [_varying(variable) for variable in node.variables]
-            elif node.qualifiers & _GIVEN:
-                variables += node.variables
-    if sum(max(1, one.count) for one in handed) > MAX_VARYINGS:
-        raise InputError(f"{file}: the vertex half hands on more than {MAX_VARYINGS} values")
-    lines = ["vec2 pg_corner; vec4 pg_v_gl_Position; float pg_v_gl_PointSize;", _text(_renamed([*tokens, _END], names))]
-    lines += [f"{one.type} {one.name}{f'[{one.count}]' if one.count else ''};" for one in handed]
-    corners = "".join(f"pg_v_{one.name} = {_corner_value(one)}; " for one in variables)
-    lines += [f"void pg_vertex() {{ {corners}pg_v_main(); }}"]
-    # Their values are computed before the fragment part, whose globals may use them.
-    run = interpolated(handed, moved=not _stays(tokens))
-    lines += [WITHIN, "float pg_run() {", *run, "  return 0.0; }", "float pg_done = pg_run();"]
-    return "\n".join(lines)
-
-
-def _varying(variable: g.Variable) -> Varying:
-    """Return a varying; it must be of floats, since only these are interpolated."""
-    lengths = variable.type.lengths
-    length = lengths[0] if lengths else None
-    number = length.value if isinstance(length, g.Number) else None
-    if variable.type.name not in _FLOATS or len(lengths) > 1 or (lengths and not isinstance(number, int)):
-        fail(variable.span, f"the vertex half hands on floats and vectors of them, got {variable.type.name}")
-    return Varying(variable.type.name, variable.name, number if isinstance(number, int) else 0)
-
-
 def _corner_value(variable: g.Variable) -> str:
     """Return the value of an attribute at a corner: a position, or white."""
     type_, name = variable.type.name, variable.name
@@ -402,42 +358,7 @@ def _corner_value(variable: g.Variable) -> str:
     fail(variable.span, f"{name} has no value in a pass over a picture; VertexCoord, TexCoord and COLOR have")
 
 
-def _stays(tokens: list[Token]) -> bool:
-    """Return True if the vertex part clearly does not move the picture."""
-    for i, token in enumerate(tokens):
-        following = tokens[i + 1 : i + 60]
-        if token.text == "gl_Position" and following and following[0].text not in (";", ",", ")"):
-            end = next((k for k, other in enumerate(following) if other.text == ";"), 0)
-            if following[0].text != "=" or "".join(t.text for t in following[1:end]) not in _STAYS:
-                return False
-    return True
-
-
-def _renamed(tokens: list[Token], names: set[str]) -> Iterator[tuple[str, Span]]:
-    """Yield the words with the part's own names renamed, without qualifiers of stage inputs and outputs."""
-    depth, before, struct = 0, "", -1  # the depth of a struct whose fields are named, or -1
-    for token, following in pairwise(tokens):
-        if token.text == "struct":
-            struct = depth
-        elif token.text == "}" and struct == depth - 1:
-            struct = -1
-        depth += {"(": 1, "{": 1, ")": -1, "}": -1}.get(token.text, 0)
-        if depth or token.text not in _LAYERS:
-            own = token.text in names and token.kind == "name" and before != "."
-            own = own and (struct < 0 or depth <= struct or following.kind == "name")  # fields keep their names
-            yield f"pg_v_{token.text}" if own else token.text, token.span
-        before = token.text
-
-
-def _text(words: Iterable[tuple[str, Span]]) -> str:
-    """Join words to text, with line breaks up to each word's line in the file."""
-    pieces: list[str] = []
-    line = 1
-    for word, span in words:
-        pieces.append("\n" * max(0, span.line - line) + word)
-        line = max(line, span.line)
-    return " ".join(pieces)
-
+_INPUTS = Inputs(_corner_value, keeps_place=lambda value, _: value in _STAYS)
 
 #: Samplers of earlier frames → how many runs ago.
 _EARLIER = {"Prev": 1} | {f"Prev{i}": i + 1 for i in range(1, 7)}
