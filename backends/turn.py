@@ -8,14 +8,10 @@ import threading
 from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
-from typing import TYPE_CHECKING
+from typing import Protocol
 from weakref import WeakValueDictionary
 
 from passgraph.errors import BackendError, PassgraphError
-
-if TYPE_CHECKING:
-    from passgraph.backends.base import Backend
-
 
 #: Seconds that the interpreter waits at exit for another thread's work on a backend.
 LAST_RUN_S = 10.0
@@ -65,7 +61,7 @@ class Turn:
         """Handle interpreter exit: running work of daemon threads completes, and no new work starts."""
         self._lock.acquire(timeout=LAST_RUN_S)
 
-    def forked(self, backend: Backend) -> None:
+    def forked(self, backend: TakesTurns) -> None:
         """Handle a fork in the child process, while it has one thread."""
         if not self._lock.acquire(blocking=False):
             self.lost = (
@@ -78,6 +74,15 @@ class Turn:
             self.lost = _fork_message(self.name)
 
 
+class TakesTurns(Protocol):
+    """A backend."""
+
+    turn: Turn
+
+    def after_fork(self) -> bool:
+        """Return True if the backend works in a forked child process."""
+
+
 def _fork_message(name: str) -> str:
     return (
         f"{name}: this process was forked from one that had opened a driver, and drivers do not survive a fork; "
@@ -86,7 +91,7 @@ def _fork_message(name: str) -> str:
 
 
 #: Every backend of this process, for :func:`_after_fork`.
-_backends: WeakValueDictionary[int, Backend] = WeakValueDictionary()
+_backends: WeakValueDictionary[int, TakesTurns] = WeakValueDictionary()
 #: The process that first opened a driver, by backend.
 _processes: dict[str, int] = {}
 
@@ -109,7 +114,7 @@ def check_driver(name: str) -> None:
         raise BackendError(_fork_message(name))
 
 
-def turn_of(backend: Backend, name: str) -> Turn:
+def turn_of(backend: TakesTurns, name: str) -> Turn:
     """Return the turn of a backend under construction."""
     _backends[id(backend)] = backend
     return Turn(name)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from types import NoneType, UnionType
@@ -10,8 +11,11 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_typ
 
 import numpy as np
 
-import passgraph as pg
 from passgraph.arguments import LARGEST_FLOAT, among, as_float, is_number, numbers, shown
+from passgraph.errors import GraphError, InputError
+from passgraph.graph.run_values import Derived, Value
+from passgraph.graph.targets import Target, TargetSpec
+from passgraph.ranges import Range
 
 
 def check(value: object, hint: Any, what: str) -> None:
@@ -24,8 +28,8 @@ def check(value: object, hint: Any, what: str) -> None:
     if not fits(value, hint):
         words = words_of(hint)
         if isinstance(value, str) and words:
-            raise pg.GraphError(f"{what} cannot be {shown(value)}; it is one of {', '.join(words)}")
-        raise pg.GraphError(f"{what} must be {described(hint)}, got {shown(value)}")
+            raise GraphError(f"{what} cannot be {shown(value)}; it is one of {', '.join(words)}")
+        raise GraphError(f"{what} must be {described(hint)}, got {shown(value)}")
     if _has_ranges(hint):
         _check_ranges(value, hint, what)
 
@@ -70,8 +74,8 @@ def _fits_class(value: object, hint: Any) -> bool:
         return isinstance(value, (bool, np.bool_))
     if hint is str:
         return isinstance(value, str) and value.isprintable() and value != ""
-    if hint is pg.Value:
-        return isinstance(value, (pg.Value, pg.Derived))
+    if hint is Value:
+        return isinstance(value, (Value, Derived))
     return not isinstance(hint, type) or isinstance(value, hint)
 
 
@@ -84,7 +88,7 @@ def _parts(value: object) -> Sequence[object] | None:
 def _is_array(value: object) -> bool:
     try:
         numbers(value, "")
-    except pg.InputError:
+    except InputError:
         return False
     return True
 
@@ -128,16 +132,16 @@ def described(hint: Any) -> str:
         return "a function"
     known = {
         float: "a finite number", int: "a whole number", bool: "True or False", str: "a name", NoneType: "None",
-        pg.Target: "a target or pg.Input(...)", pg.TargetSpec: "a pg.target(...)",
+        Target: "a target or pg.Input(...)", TargetSpec: "a pg.target(...)",
     }  # fmt: skip
     name = getattr(hint, "__name__", str(hint))
-    return known.get(hint, f"a {'pg.' if hasattr(pg, name) else ''}{name}")
+    return known.get(hint, f"a {'pg.' if hasattr(sys.modules['passgraph'], name) else ''}{name}")
 
 
 @cache
 def _has_ranges(hint: Any) -> bool:
     """Return True if an annotation contains a range, so that long lists without one are not searched again."""
-    return isinstance(hint, pg.Range) or any(
+    return isinstance(hint, Range) or any(
         _has_ranges(one) for one in (*get_args(hint), *getattr(hint, "__metadata__", ())) if not isinstance(one, list)
     )
 
@@ -148,8 +152,8 @@ def _check_ranges(value: object, hint: Any, what: str) -> None:
     if origin is Annotated:
         for limit in hint.__metadata__:
             for part in _parts(value) or (value,):
-                if isinstance(limit, pg.Range) and is_number(part) and part not in limit:
-                    raise pg.GraphError(f"{what} must be {limit}, got {shown(value)}")
+                if isinstance(limit, Range) and is_number(part) and part not in limit:
+                    raise GraphError(f"{what} must be {limit}, got {shown(value)}")
         _check_ranges(value, arguments[0], what)
     elif origin in (Union, UnionType):
         for one in arguments:

@@ -10,10 +10,13 @@ from dataclasses import dataclass
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
-import passgraph as pg
 from passgraph.effects.annotations import words_of
 from passgraph.effects.checked import POSITIONAL, Choice
+from passgraph.errors import GraphError
+from passgraph.graph.run_values import Derived, Value
+from passgraph.graph.targets import Target
 from passgraph.language.types import Type
+from passgraph.ranges import Range
 from passgraph.signatures import signature
 
 ParameterType = Literal["float", "int", "bool", "choice", "rgb", "picture", "text", "value"]
@@ -55,7 +58,7 @@ class Parameter:
     name: str
     type: ParameterType
     default: object
-    range: pg.Range
+    range: Range
     help: str
     choices: tuple[str, ...] = ()
     value_type: Type | None = None
@@ -85,7 +88,7 @@ def parameters_of(function: Callable[..., Any]) -> tuple[Parameter, ...]:
         kind = _Kind.from_hint(hint)
         if kind.alternatives:
             words = tuple(one.word() for one in kind.alternatives)
-            parameters.append(Parameter(kind.called or name, "choice", words[0], pg.Range(), text, words))
+            parameters.append(Parameter(kind.called or name, "choice", words[0], Range(), text, words))
             parameters += _settings(kind.alternatives)
         elif kind.said is not None:
             words, is_required = tuple(words_of(kind.hint)), default is inspect.Parameter.empty
@@ -109,7 +112,7 @@ def arguments_from(function: Callable[..., Any], given: Mapping[str, Any]) -> di
             mine = {key: left.pop(key) for key in settings & left.keys()}
             by_word = {one.word(): one for one in kind.alternatives}
             if word not in by_word:
-                raise pg.GraphError(f"{kind.called or name} cannot be {word!r}; it is one of {', '.join(by_word)}")
+                raise GraphError(f"{kind.called or name} cannot be {word!r}; it is one of {', '.join(by_word)}")
             arguments[name] = _chosen(by_word[word], mine)
         elif kind.called in left:
             arguments[name] = left.pop(kind.called)
@@ -171,7 +174,7 @@ class _Kind:
 
     hint: Any
     said: ParameterType | None
-    range: pg.Range
+    range: Range
     called: str | None
     alternatives: tuple[type[Choice], ...] = ()
 
@@ -179,7 +182,7 @@ class _Kind:
     def from_hint(cls, hint: Any) -> _Kind:
         notes: list[Any] = []
         plain = list(_plain(hint, notes))
-        limit = next((note for note in notes if isinstance(note, pg.Range)), pg.Range())
+        limit = next((note for note in notes if isinstance(note, Range)), Range())
         called = next((note.name for note in notes if isinstance(note, Called)), None)
         if str in plain and any(isinstance(note, Text) for note in notes):
             return cls(str, "text", limit, called)
@@ -200,7 +203,7 @@ def _plain(hint: Any, notes: list[Any]) -> Iterator[Any]:
     elif origin in (Union, UnionType):
         for one in get_args(hint):
             yield from _plain(one, notes)
-    elif hint not in (NoneType, pg.Value, pg.Derived):
+    elif hint not in (NoneType, Value, Derived):
         yield hint
 
 
@@ -209,7 +212,7 @@ def _type_of(hint: Any) -> ParameterType | None:
         return "choice"
     if hint == tuple[float, float, float]:
         return "rgb"
-    known: dict[Any, ParameterType] = {float: "float", int: "int", bool: "bool", pg.Target: "picture"}
+    known: dict[Any, ParameterType] = {float: "float", int: "int", bool: "bool", Target: "picture"}
     return known.get(hint)
 
 

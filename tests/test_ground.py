@@ -67,7 +67,7 @@ SCENES = {
 def test_what_is_a_floor(name):
     nodes, floors = SCENES[name]
     made = scene(*nodes)
-    assert [node.name for node in floors_of(made)] == floors
+    assert [node.name for node in floors_of(made.nodes)] == floors
     assert made.has_floor() == bool(floors)
 
 

@@ -18,6 +18,7 @@ import zipfile
 from functools import cache
 from pathlib import Path
 
+import networkx
 import pytest
 from packaging.requirements import Requirement
 
@@ -182,6 +183,43 @@ def test_mypy_sees_every_module(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(root)
     sources, _ = process_options(["--config-file", "pyproject.toml"])
     assert set(modules()) - {source.module for source in sources} == set()
+
+
+# Circles of imports
+
+#: Modules that still import each other when imports for types and inside of functions count: none may join.
+CIRCLES = [
+    "backends.gl: backend counts measured passes transfers",
+    "backends.opencl: backend counts pixel raster transfers",
+    "backends.webgpu: backend counts passes transfers",
+    "glsl: function_calls glsl_body glsl_expressions glsl_statements loops places",
+    "hosts: gl gl_isolation gl_pictures gl_samples",
+    "hosts: opencl opencl_borrowed",
+    "language: assignments composites expressions function_body quad_derivatives statements",
+    "language: lower lower_loops",
+    "plan: data explain known",
+    "run: execution inspection program",
+]
+
+
+def imported(name: str) -> set[str]:
+    """Modules that a module imports, at the top, inside functions, or for types."""
+    found = set[str]()
+    for node in ast.walk(ast.parse(modules()[name].read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            inner = {f"{node.module}.{alias.name}" for alias in node.names}
+            found |= inner & modules().keys() or {str(node.module)}
+    return found & modules().keys() - {name}
+
+
+def test_no_new_modules_import_each_other() -> None:
+    graph = networkx.DiGraph((name, other) for name in modules() for other in imported(name))
+    circles = [sorted(names) for names in networkx.strongly_connected_components(graph) if len(names) > 1]
+    allowed = {frozenset(f"passgraph.{folder}.{name}" for name in names.split())
+               for folder, names in (line.split(": ") for line in CIRCLES)}  # fmt: skip
+    assert [names for names in circles if not any(set(names) <= known for known in allowed)] == []
 
 
 # Weight of the import

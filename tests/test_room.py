@@ -87,7 +87,7 @@ def test_room_has_the_type_of_results() -> None:
     dimmed = pg.kernel(source=DIM)(pg.Input("frame", "rgba8", (3, 2)), into=pg.target("dimmed", "rgba8"))
     for results, dtype in (("stored", np.uint8), ("float32", np.float32)):
         with pg.compile(dimmed, results=results) as program:  # type: ignore[arg-type]
-            room = room_of(program)
+            room = room_of(program.plan, results)
             assert (room["dimmed"].shape, room["dimmed"].dtype) == ((2, 3, 4), dtype)
             assert program(frame=np.full((2, 3, 4), 200, np.uint8), into=room)["dimmed"] is room["dimmed"]
 

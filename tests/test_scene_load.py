@@ -401,7 +401,7 @@ def test_folder_missing_empty_and_unknown_files_are_named(tmp_path):
 
 def test_file_size_is_bounded(tmp_path):
     with pytest.raises(InputError, match="bytes are more than the limit of 10"):
-        load_scene(Scene, obj(tmp_path, QUAD + FACES), max_bytes=10)
+        load_scene(obj(tmp_path, QUAD + FACES), max_bytes=10)
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 import passgraph as pg
 from passgraph.effects.checked import effect
 from passgraph.effects.color.black_and_white import REC601
-from passgraph.effects.color.tone_map import encode_srgb
+from passgraph.effects.color.srgb_encoding import encode_srgb
 from passgraph.effects.quantities import Share
 from passgraph.language import Const, Image, clamp, dot, fract, ivec2, mix, pixel, vec3, vec4
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import passgraph as pg
 from passgraph.effects.checked import checked
-from passgraph.effects.color.tone_map import encode_srgb_wide
+from passgraph.effects.color.srgb_encoding import encode_srgb_wide
 from passgraph.language import Const, Image, ivec2, pixel, vec3, vec4
 
 #: Samples along each side of a pixel.

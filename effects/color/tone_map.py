@@ -10,6 +10,7 @@ from typing import Literal, get_args
 import passgraph as pg
 from passgraph.color_tags import LINEAR, SRGB, ColorSpace
 from passgraph.effects.checked import effect
+from passgraph.effects.color.srgb_encoding import encode_srgb
 from passgraph.effects.quantities import Exposure
 from passgraph.language import Const, Image, clamp, exp2, log2, mix, sqrt, vec3, vec4
 
@@ -34,12 +35,6 @@ AGX_DISPLAY = 2.2
 NEUTRAL_FRESNEL = 0.04
 #: Start of highlight compression, and its rate of desaturation.
 NEUTRAL_START, NEUTRAL_DESATURATION = 0.8 - NEUTRAL_FRESNEL, 0.15
-
-#: 1.055 x^(5/12) - 0.055 on [0.0031308, 1] is 1 plus this polynomial, without constant, of 1 - x^(1/4): least error.
-ENCODING = (
-    0.154326256, -0.447555582, 0.578349545, -0.399551984, 0.1791709, -0.0201497298, 0.0709641106, 0.585708974,
-    -1.75832364,
-)  # fmt: skip
 
 
 def _limit(way: float, rise: float, power: float) -> float:
@@ -138,25 +133,6 @@ def compressed(c: vec3, curve: int) -> vec3:
     if curve == 5:
         shown = pbr_neutral(c)
     return clamp(shown, 0.0, 1.0)
-
-
-@pg.function
-def encode_srgb(x: float) -> float:
-    """Encode as sRGB (IEC 61966-2-1), x in [0, 1], within 2e-7.
-
-    The power is a polynomial in 1 - x^(1/4), at a third of the cost of `pow`; 1 becomes exactly 1.
-    """
-    away = 1.0 - sqrt(sqrt(x))
-    p = ENCODING[0]
-    for i in range(1, len(ENCODING)):
-        p = p * away + ENCODING[i]
-    return 12.92 * x if x <= 0.0031308 else p * away + 1.0
-
-
-@pg.function
-def encode_srgb_wide(x: float) -> float:
-    """Encode as sRGB, any x: for values above 1, and for tighter bounds where x itself has wide ones."""
-    return 12.92 * x if x <= 0.0031308 else 1.055 * pow(x, 1.0 / 2.4) - 0.055
 
 
 @pg.kernel

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import passgraph as pg
-from passgraph.effects.color.tone_map import encode_srgb_wide
+from passgraph.effects.color.srgb_encoding import encode_srgb_wide
 from passgraph.language import Image, vec4
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 import passgraph as pg
 from passgraph.effects.checked import checked, effect
-from passgraph.effects.color.tone_map import encode_srgb_wide
+from passgraph.effects.color.srgb_encoding import encode_srgb_wide
 from passgraph.effects.effect_options import picture_of
 from passgraph.effects.quantities import Color, MapSize, NotNegative
 from passgraph.effects.shadows.five_pass_blur import BlurKernel, WeightsFrom, blur_mask

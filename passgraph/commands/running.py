@@ -227,7 +227,7 @@ def _output_of(
 ) -> NDArray[Any]:
     """Run the program and return an output, after the device has finished."""
     say(f"running on {program.backend.name}")
-    room = room_of(program, [wanted])
+    room = room_of(program.plan, program.settings()["results"], [wanted])
     program.run(observer, into=room, **job.given)
     program.finish()
     return room[wanted]

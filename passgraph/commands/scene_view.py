@@ -17,7 +17,7 @@ from passgraph.commands.options import FiniteRange, together
 from passgraph.errors import InputError
 from passgraph.scene import Camera, Light, Scene
 from passgraph.scene.camera import DEFAULT_AZIMUTH_RAD, DEFAULT_ELEVATION_RAD, DEFAULT_FOV_RAD
-from passgraph.scene.ground import lacks_ground, seeing_ground
+from passgraph.scene.ground import lacks_ground, seeing_floors
 from passgraph.scene.lights import exposed
 from passgraph.scene.matrices import MOST_RADIUS
 
@@ -139,9 +139,9 @@ def seen_by(view: View, path: Path | None, size: tuple[int, int]) -> Seen:
         scene = scene.two_sided()
     cameras, lines = _cameras(scene, view, size[0] / size[1])
     scene = scene.with_(camera=cameras[0], lights=_lights(scene, view))
-    if lacks_ground(scene, _GROUNDS[view.ground or "auto"]):
+    if lacks_ground(scene.nodes, _GROUNDS[view.ground or "auto"]):
         scene = scene.with_ground()
-        cameras = [seeing_ground(camera, scene.nodes[-1].bounds) for camera in cameras]
+        cameras = [seeing_floors(camera, scene.nodes[-1:]) for camera in cameras]
         lines.append(f"ground: a plane at y = {scene.nodes[-1].bounds[0, 1]:.6g}; --ground none leaves it out")
     return Seen(scene, tuple(cameras if view.turntable else ()), tuple(lines))
 

@@ -13,13 +13,12 @@ from passgraph.cached import cached_property
 from passgraph.effects.effect_table import Effect
 from passgraph.errors import InputError
 from passgraph.graph.run_values import FILLED_IN
-from passgraph.graph.targets import PixelPass, named_outputs
+from passgraph.graph.targets import PixelPass, Target, named_outputs
 from passgraph.language import ir
 from passgraph.plan.dependencies import passes_behind
 from passgraph.ranges import Range
 
 if TYPE_CHECKING:
-    from passgraph.commands.own_file import Graph
     from passgraph.effects.parameters import Parameter, ParameterType
     from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter
 
@@ -95,7 +94,7 @@ class ShaderFileEffect(Effect):
             self.shader(*pictures, **{self.own_names.get(name, name): value for name, value in parameters_.items()})
         )
 
-    def on_inputs(self) -> Graph:
+    def on_inputs(self) -> Mapping[str, Target]:
         """Apply the shader to inputs by its own names; parameters are run values, unless sizes depend on them."""
         import passgraph as pg
 

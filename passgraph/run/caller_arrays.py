@@ -25,11 +25,8 @@ from passgraph.run.result import Results
 
 if TYPE_CHECKING:
     from passgraph.backends.base import Backend
-    from passgraph.run.program import Program
 
 
-#: Shape and dtype of an array.
-Kind: TypeAlias = "tuple[tuple[int, int, int], np.dtype[Any]]"
 #: Results of at least this many bytes are pooled; the allocator itself keeps smaller blocks.
 MIN_POOLED_BYTES = 1 << 17
 #: Bytes of a cache line: storing vectors that straddle two takes twice the time.
@@ -71,32 +68,26 @@ class _PooledBuffer:
         self.__array_interface__ = memory.__array_interface__
 
 
-def room_of(program: Program, names: Iterable[str] | None = None) -> dict[str, NDArray[Any]]:
-    """Return new arrays by output name, with the shapes and dtypes of the program's results, to pass as ``into=``.
+def room_of(plan: Plan, results: Results, names: Iterable[str] | None = None) -> dict[str, NDArray[Any]]:
+    """Return new arrays by output name, with the shapes and dtypes of a plan's results, to pass as ``into=``.
 
-    ``names`` selects outputs (default: all).  Runs that reuse these arrays allocate no pictures.
+    ``results`` is the program's setting; ``names`` selects outputs (default: all).
 
     >>> import passgraph as pg
     >>> dim = pg.kernel(source="def dim(color: Image) -> vec4: return color[0, 0] * 0.5")
     >>> dimmed = dim(pg.Input("frame", "rgba8", (4, 2)), into=pg.target("dimmed", "rgba8"))
     >>> with pg.compile(dimmed, results="stored") as program:
-    ...     room = room_of(program)
+    ...     room = room_of(program.plan, "stored")
     ...     made = program(frame=np.full((2, 4, 4), 100, np.uint8), into=room)
     >>> made["dimmed"] is room["dimmed"], room["dimmed"][0, 0].tolist()
     (True, [50, 50, 50, 50])
     """
-    kinds = _kinds(program)
-    return {name: np.empty(*kinds[name]) for name in (kinds if names is None else names)}
-
-
-def _kinds(program: Program) -> dict[str, Kind]:
-    """Return the shape and dtype of each result."""
-    plan, stored = program.plan, program.settings()["results"] == "stored"
-    results = {name: plan.resources[resource] for name, resource in plan.outputs.items()}
-    return {
-        name: ((*one.size[::-1], one.format.channels), np.dtype(one.format.number if stored else np.float32))
-        for name, one in results.items()
-    }
+    made = {}
+    for name in plan.outputs if names is None else names:
+        one = plan.resources[plan.outputs[name]]
+        dtype = one.format.number if results == "stored" else np.float32
+        made[name] = np.empty((*one.size[::-1], one.format.channels), dtype)
+    return made
 
 
 #: A picture given to a run, or returned for a result that was written into it.

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,10 +15,6 @@ from passgraph.scene.materials import Material, Node, Texture
 from passgraph.scene.matrices import Float64, bounds_of, sphere_of, transform_points, translation
 from passgraph.scene.meshes import Mesh
 from passgraph.srgb import linear_to_srgb
-
-if TYPE_CHECKING:
-    from passgraph.scene.scene import Scene
-
 
 # The texture shows 2 x 2 tiles, so that a checker repeats.
 TILES = 2
@@ -133,28 +128,40 @@ GROUND = (0.42, 0.40, 0.38, 1.0)
 NEAR_SLACK, NEAR_OF_FAR = 0.9, 1e-4
 
 
-def floors_of(scene: Scene) -> tuple[Node, ...]:
+def bounds_of_nodes(nodes: Sequence[Node]) -> Float64:
+    """Return the world box around nodes, (2, 3): minimum, maximum."""
+    boxes = np.stack([node.bounds for node in nodes])
+    return np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
+
+
+def floors_of(nodes: Sequence[Node]) -> tuple[Node, ...]:
     """Return the nodes that are floors: they cover the scene from above, and everything else stands on them.
 
     >>> from passgraph.scene import Scene
-    >>> [node.name for node in floors_of(Scene.shipped())]
+    >>> [node.name for node in floors_of(Scene.shipped().nodes)]
     ['floor']
     """
-    low, high = scene.bounds()
-    return tuple(node for node in scene.nodes if _is_floor(node, low, high))
+    low, high = bounds_of_nodes(nodes)
+    return tuple(node for node in nodes if _is_floor(node, low, high))
 
 
-def has_floor(scene: Scene) -> bool:
-    """Return True if the scene has a surface below that receives shadows: a node, or the lowest part of nodes.
+def has_floor(nodes: Sequence[Node]) -> bool:
+    """Return True if a scene has a surface below that receives shadows: a node, or the lowest part of nodes.
 
     >>> from passgraph.scene import Scene
-    >>> has_floor(Scene.shipped())
+    >>> has_floor(Scene.shipped().nodes)
     True
     """
-    low, high = scene.bounds()
-    if floors_of(scene):
+    low, high = bounds_of_nodes(nodes)
+    if floors_of(nodes):
         return True
-    return _covered([_low_and_up(node, low, high) for node in scene.nodes], low, high) >= COVERED
+    return _covered([_low_and_up(node, low, high) for node in nodes], low, high) >= COVERED
+
+
+def standing_points(nodes: Sequence[Node], floors: Sequence[Node]) -> Float64:
+    """Return all vertices in the world, (n, 3) float64, without floors that other nodes stand on."""
+    standing = [node for node in nodes if node not in floors] or nodes
+    return np.concatenate([transform_points(node.transform, node.mesh.positions) for node in standing])
 
 
 def _is_floor(node: Node, low: Float64, high: Float64) -> bool:
@@ -220,34 +227,40 @@ def _covered(parts: Sequence[Float64], low: Float64, high: Float64) -> float:
     return float(np.minimum(share, 1.0).mean())
 
 
-def lacks_ground(scene: Scene, ground: bool | None) -> bool:
+def lacks_ground(nodes: Sequence[Node], ground: bool | None) -> bool:
     """Return ``ground``, or if it is None, True for a scene without a floor."""
-    return not has_floor(scene) if ground is None else ground
+    return not has_floor(nodes) if ground is None else ground
 
 
-def with_ground(scene: Scene) -> Scene:
-    """Return the scene with a plain floor under its lowest vertex, up to the horizon of its camera.
+def with_ground(nodes: Sequence[Node], camera: Camera) -> tuple[tuple[Node, ...], Camera]:
+    """Return nodes with a plain floor under their lowest vertex, up to the horizon of a camera, and the camera.
 
     The camera's near and far planes are moved to hold the visible part of the floor.
 
-    >>> from passgraph.scene import Scene
     >>> node = Node(Mesh.make([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]))
-    >>> bare = Scene((node,), Camera.framing(node.bounds))
-    >>> [node.name for node in with_ground(bare).nodes]
+    >>> nodes, _ = with_ground([node], Camera.framing(node.bounds))
+    >>> [node.name for node in nodes]
     ['node', 'floor']
     """
-    centre, radius = sphere_of(scene.bounds())
-    away = float(np.linalg.norm(np.subtract(scene.camera.eye, centre)))
+    bounds = bounds_of_nodes(nodes)
+    centre, radius = sphere_of(bounds)
+    away = float(np.linalg.norm(np.subtract(camera.eye, centre)))
     half = REACH * max(radius, away)
-    place = np.array([centre[0], scene.bounds()[0, 1] - BELOW * radius, centre[2]])
+    place = np.array([centre[0], bounds[0, 1] - BELOW * radius, centre[2]])
     corners = np.array([[-1, 0, 1], [1, 0, 1], [1, 0, -1], [-1, 0, -1]]) * half
     mesh = Mesh.make(corners, np.array([[0, 1, 2], [0, 2, 3]]), np.tile([0.0, 1.0, 0.0], (4, 1)), name="floor")
     floor = Node(mesh, Material("floor", GROUND), translation(place), "floor")
-    return scene.with_(nodes=(*scene.nodes, floor), camera=seeing_ground(scene.camera, floor.bounds))
+    return (*nodes, floor), seeing_floors(camera, [floor])
 
 
-def seeing_ground(camera: Camera, ground: Float64) -> Camera:
-    """Return the camera with near and far planes that hold the visible part of a level floor with these bounds."""
+def seeing_floors(camera: Camera, floors: Sequence[Node]) -> Camera:
+    """Return the camera with near and far planes that hold the visible part of level floors."""
+    for floor in floors:
+        camera = _seeing(camera, floor.bounds)
+    return camera
+
+
+def _seeing(camera: Camera, ground: Float64) -> Camera:
     eye, height = np.array(camera.eye), camera.eye[1] - float(ground[1, 1])
     right, up, back = camera.view_rotation()[:3, :3]
     far = max(camera.far, float(np.linalg.norm(np.abs(ground - eye).max(axis=0))))

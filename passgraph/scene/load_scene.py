@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from io import BytesIO
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -16,7 +15,14 @@ from passgraph.scene import gltf
 from passgraph.scene.camera import Camera
 from passgraph.scene.gltf import GltfData
 from passgraph.scene.gltf_parts import nodes_of
-from passgraph.scene.ground import lacks_ground
+from passgraph.scene.ground import (
+    bounds_of_nodes,
+    floors_of,
+    lacks_ground,
+    seeing_floors,
+    standing_points,
+    with_ground,
+)
 from passgraph.scene.lights import Light
 from passgraph.scene.materials import Node
 from passgraph.scene.matrices import LEAST_RADIUS, MOST_RADIUS, Float64, sphere_of
@@ -25,10 +31,7 @@ from passgraph.scene.model_files import MAX_FILE_BYTES, FolderReader, Notes, as_
 from passgraph.scene.off import read_off
 from passgraph.scene.ply import read_ply
 from passgraph.scene.polygons import split_obj_polygons
-
-if TYPE_CHECKING:
-    from passgraph.scene.scene import Scene
-
+from passgraph.scene.scene_parts import SceneParts
 
 # Formats that hold one surface of polygons.
 POLYGON_READERS = {".off": read_off, ".ply": read_ply}
@@ -37,18 +40,16 @@ _Z_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
 
 
 def load_scene(
-    make: type[Scene],
     path: str | PathLike[str],
     *,
     ground: bool | None = None,
     up: Literal["y", "z"] | None = None,
     max_bytes: int = MAX_FILE_BYTES,
-) -> Scene:
+) -> SceneParts:
     """Read a .glb, .gltf, .obj, .off, .ply or .stl file.
 
     Parameters
     ----------
-    make : the class `Scene`, passed to avoid a circular import
     path : the file; textures and material files are read only from its folder and below
     ground : True adds a floor below the model, False does not, None adds one to a model without a surface below that
         receives its shadow (`passgraph.scene.ground.has_floor`)
@@ -57,7 +58,7 @@ def load_scene(
 
     Returns
     -------
-    A scene with the file's camera and lights (glTF), or else a camera that sees the whole model and one key
+    Parts of a scene with the file's camera and lights (glTF), or else a camera that sees the whole model and one key
     light with an extent. Transforms, instances (EXT_mesh_gpu_instancing), base colors, textures, vertex colors,
     normal maps and alpha modes are kept. Positions far from the origin are recentered in float64. Missing and
     unsupported parts are in ``warnings``.
@@ -82,13 +83,13 @@ def load_scene(
     file = checked_path(path, max_bytes)
     try:
         with np.errstate(all="ignore"):  # overflow becomes infinity, which is checked later
-            return _load(make, file, ground, up or usual_up(file))
+            return _load(file, ground, up or usual_up(file))
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
         # untrusted JSON may have any type anywhere; errors without a check of their own are converted here
         raise InputError(f"{file}: a value in it has the wrong type or range ({error})") from error
 
 
-def _load(make: type[Scene], file: Path, ground: bool | None, up: Literal["y", "z"]) -> Scene:
+def _load(file: Path, ground: bool | None, up: Literal["y", "z"]) -> SceneParts:
     folder, notes = FolderReader(file), Notes()
     turn = _Z_UP if up == "z" else np.eye(4)
     data: GltfData | None = None
@@ -107,10 +108,11 @@ def _load(make: type[Scene], file: Path, ground: bool | None, up: Literal["y", "
         nodes, lines = placed.done()
     lines += [f"{name}: not found beside {file.name}; left out" for name in folder.missing]
     lines += [f"{sentence}; left out" for sentence in folder.refused]
-    scene = _framed(make, nodes, file, notes.lines() + lines)
+    scene = _framed(tuple(nodes), file, notes.lines() + lines)
     scene = scene if data is None else _with_own_view(scene, data, turn)
-    if lacks_ground(scene, ground):
-        scene = scene.with_ground()
+    if lacks_ground(scene.nodes, ground):
+        grounded, camera = with_ground(scene.nodes, scene.camera)
+        scene = scene._replace(nodes=grounded, camera=camera)
     return scene
 
 
@@ -190,26 +192,27 @@ def _place_surface(arrays: Arrays, placed: PlacedMeshes, reader: MtlReader) -> N
     placed.put(None, np.eye(4), reader.read(None if arrays.uvs is None else ""), placed.file.stem)
 
 
-def _framed(make: type[Scene], nodes: list[Node], file: Path, notes: list[str]) -> Scene:
-    boxes = np.stack([node.bounds for node in nodes])
-    bounds = np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
+def _framed(nodes: tuple[Node, ...], file: Path, notes: list[str]) -> SceneParts:
+    bounds = bounds_of_nodes(nodes)
     if not np.isfinite(bounds).all() or sphere_of(bounds)[1] > MOST_RADIUS:
         raise InputError(f"{file}: its extent {bounds.tolist()} is beyond what float32 can draw; scale it down")
     extent = float(np.ptp(bounds, axis=0).max())
     if extent < LEAST_RADIUS:
         what = f"its extent, {extent:g}, is below what float32 can draw; scale it up"
         raise InputError(f"{file}: {what if extent else 'all its vertices are at one place; nothing could be seen'}")
-    scene = make(tuple(nodes), Camera.framing(bounds), (default_light(),), file.name, tuple(notes))
-    return scene.seen_from()
+    floors = floors_of(nodes)
+    camera = seeing_floors(Camera.orbit(standing_points(nodes, floors)), floors)
+    return SceneParts(nodes, camera, (default_light(),), file.name, tuple(notes))
 
 
-def _with_own_view(scene: Scene, data: GltfData, turn: Float64) -> Scene:
+def _with_own_view(scene: SceneParts, data: GltfData, turn: Float64) -> SceneParts:
+    bounds = bounds_of_nodes(scene.nodes)
     try:
-        cameras = gltf.cameras_of(data, scene.bounds(), turn)
-        lights = gltf.lights_of(data, scene.bounds(), turn)
+        cameras = gltf.cameras_of(data, bounds, turn)
+        lights = gltf.lights_of(data, bounds, turn)
     except InputError as error:
         raise InputError(f"{data.file}: {error}") from None
     except (LookupError, TypeError, ValueError, AttributeError) as error:
         raise InputError(f"{data.file}: its cameras or lights are broken ({error})") from None
-    scene_ = scene.with_(camera=cameras[0].camera if cameras else None, lights=lights or None)
-    return replace(scene_, cameras=tuple(cameras))
+    camera = cameras[0].camera if cameras else scene.camera
+    return scene._replace(camera=camera, lights=tuple(lights) or scene.lights, cameras=tuple(cameras))

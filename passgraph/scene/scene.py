@@ -5,11 +5,10 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from math import pi
 from os import PathLike
 from typing import Literal, cast
-
-import numpy as np
 
 from passgraph import arguments
 from passgraph.cached import cached_property
@@ -22,10 +21,17 @@ from passgraph.scene.camera import (
     NamedCamera,
     ways_round,
 )
-from passgraph.scene.ground import floors_of, has_floor, seeing_ground, with_ground
+from passgraph.scene.ground import (
+    bounds_of_nodes,
+    floors_of,
+    has_floor,
+    seeing_floors,
+    standing_points,
+    with_ground,
+)
 from passgraph.scene.lights import Light
 from passgraph.scene.materials import Node
-from passgraph.scene.matrices import Float64, transform_points
+from passgraph.scene.matrices import Float64
 
 #: Most views of a turntable: an hour of 60 frames a second.
 MOST_VIEWS = 216_000
@@ -72,8 +78,7 @@ class Scene:
 
     @cached_property
     def _bounds(self) -> Float64:
-        boxes = np.stack([node.bounds for node in self.nodes])
-        return np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
+        return bounds_of_nodes(self.nodes)
 
     def bounds(self) -> Float64:
         """Return the world box around all nodes, (2, 3) float64: minimum, maximum."""
@@ -81,12 +86,11 @@ class Scene:
 
     @cached_property
     def _floors(self) -> tuple[Node, ...]:
-        return floors_of(self)
+        return floors_of(self.nodes)
 
     def points(self) -> Float64:
         """Return all vertices in the world, (n, 3) float64, without floors that other nodes stand on."""
-        standing = [node for node in self.nodes if node not in self._floors] or self.nodes
-        return np.concatenate([transform_points(node.transform, node.mesh.positions) for node in standing])
+        return standing_points(self.nodes, self._floors)
 
     def seen_from(
         self,
@@ -107,7 +111,7 @@ class Scene:
         camera = Camera.orbit(
             points, azimuth_rad, elevation_rad, distance=distance, aspect=aspect, vertical_fov_rad=vertical_fov_rad
         )
-        return self.with_(camera=_holding(camera, self._floors))
+        return self.with_(camera=seeing_floors(camera, self._floors))
 
     def turntable(
         self,
@@ -137,15 +141,16 @@ class Scene:
         first = Camera.orbit(
             swept, azimuth_rad, elevation_rad, distance=distance, aspect=aspect, vertical_fov_rad=vertical_fov_rad
         )
-        return [_holding(first.turned(middle, 2.0 * pi * step / count), self._floors) for step in range(count)]
+        return [seeing_floors(first.turned(middle, 2.0 * pi * step / count), self._floors) for step in range(count)]
 
     def has_floor(self) -> bool:
         """True if the scene has a surface below that receives shadows; see `passgraph.scene.ground.has_floor`."""
-        return has_floor(self)
+        return has_floor(self.nodes)
 
     def with_ground(self) -> Scene:
         """Return the scene with a plain floor up to the horizon; see `passgraph.scene.ground.with_ground`."""
-        return with_ground(self)
+        nodes, camera = with_ground(self.nodes, self.camera)
+        return self.with_(nodes=nodes, camera=camera)
 
     def two_sided(self) -> Scene:
         """Return the scene with all materials double-sided.
@@ -189,18 +194,12 @@ class Scene:
         """Load a model or scene file; see `passgraph.scene.load_scene.load_scene`."""
         from passgraph.scene.load_scene import load_scene
 
-        return load_scene(cls, path, ground=ground, up=up)
+        return cls(*load_scene(path, ground=ground, up=up))
 
     @classmethod
+    @lru_cache(maxsize=1)
     def shipped(cls) -> Scene:
         """Return the shipped scene: the Utah teapot on a tiled floor, one light with an extent."""
         from passgraph.scene.shipped_scene import shipped_scene
 
-        return shipped_scene(cls)  # type: ignore[arg-type]  # a class can be hashed, which mypy asks of its objects
-
-
-def _holding(camera: Camera, floors: Sequence[Node]) -> Camera:
-    """Return the camera with near and far planes that hold the floors too."""
-    for floor in floors:
-        camera = seeing_ground(camera, floor.bounds)
-    return camera
+        return cls(*shipped_scene())

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
 from math import cos, pi, sin
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,11 +12,8 @@ from passgraph.scene.lights import Light
 from passgraph.scene.materials import Material, Node
 from passgraph.scene.matrices import Float64, rotation_y, translation
 from passgraph.scene.meshes import Mesh
+from passgraph.scene.scene_parts import SceneParts
 from passgraph.scene.teapot import teapot_mesh
-
-if TYPE_CHECKING:
-    from passgraph.scene.scene import Scene
-
 
 # Linear base colors: a glazed blue-green pot, two warm props, one pale pillar.
 TEAL = (0.045, 0.26, 0.29, 1.0)
@@ -27,17 +22,14 @@ OCHRE = (0.72, 0.43, 0.10, 1.0)
 CHALK = (0.78, 0.75, 0.69, 1.0)
 
 
-@lru_cache(maxsize=2)
-def shipped_scene(make: type[Scene], segments: int = 16) -> Scene:
+def shipped_scene(segments: int = 16) -> SceneParts:
     """Return the Utah teapot, a pillar, a box and a ball on a tiled floor, under one light with an extent.
 
     Parameters
     ----------
-    make : the class `Scene`, passed to avoid a circular import
     segments : segments along each side of a teapot patch
 
-    >>> from passgraph.scene import Scene
-    >>> [node.name for node in shipped_scene(Scene, 4).nodes]
+    >>> [node.name for node in shipped_scene(4).nodes]
     ['floor', 'teapot', 'pillar', 'box', 'ball']
     """
     floor = floor_node([[-5.0, 0.0, -5.0], [5.0, 3.2, 5.0]], tile=1.25)
@@ -50,7 +42,7 @@ def shipped_scene(make: type[Scene], segments: int = 16) -> Scene:
     )
     camera = Camera((3.2, 6.6, 10.6), (0.2, 0.75, 0.1), vertical_fov_rad=0.57, near=1.0, far=60.0)
     light = Light.directional((0.78, -1.0, 0.0), (1.0, 0.95, 0.87), 0.9, radius=0.06, name="key light")
-    return make(nodes, camera, (light,), "shipped scene", cameras=(NamedCamera("three-quarter", camera),))
+    return SceneParts(nodes, camera, (light,), "shipped scene", cameras=(NamedCamera("three-quarter", camera),))
 
 
 def box(size: float) -> Mesh:

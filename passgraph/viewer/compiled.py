@@ -9,13 +9,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-import passgraph as pg
 from passgraph.backends.base import Backend
 from passgraph.errors import InputError
-from passgraph.graph.run_values import sources_of
+from passgraph.graph.calls import kernel
+from passgraph.graph.run_values import Value, sources_of
+from passgraph.graph.targets import Target
+from passgraph.graph.targets import target as declared
 from passgraph.language import Image, vec4
 from passgraph.pictures import scaled
 from passgraph.plan.dependencies import inputs_behind, passes_behind
+from passgraph.run.compile import compile
+from passgraph.run.result import Result
 from passgraph.viewer.display import shown
 from passgraph.viewer.subject import Drawing
 
@@ -34,12 +38,12 @@ class Compiled:
         self.target = self.targets.get(target, first)
         self.target_name = next((name for name, t in self.targets.items() if t == self.target.content), first.name)
         # An input cannot be an output: a pass copies it, as passes read it.
-        content = self.target if self.target.made_by else as_read(self.target, into=pg.target("read", "rgba32f"))
+        content = self.target if self.target.made_by else as_read(self.target, into=declared("read", "rgba32f"))
         outputs = {"shown": shown(content), "values": content}
         if any(t.is_previous for node in passes_behind([*drawing.outputs.values()]) for t in node.reads):
             # History is kept of all outputs of the drawing, whichever target is shown.
             outputs |= {f"output {name}": output for name, output in drawing.outputs.items()}
-        self.program = pg.compile(outputs, backend, drawing.size, non_finite="keep", results="stored")
+        self.program = compile(outputs, backend, drawing.size, non_finite="keep", results="stored")
         #: Run values by name; unlike the program's plan they exist before the first run.
         self.values = values_of(outputs.values())
         #: The program whose history the next run continues.
@@ -49,7 +53,7 @@ class Compiled:
         """Continue the history of an earlier program in the first run, which then closes that program."""
         self._earlier = earlier
 
-    def run(self, run_inputs: Mapping[str, Any]) -> pg.Result:
+    def run(self, run_inputs: Mapping[str, Any]) -> Result:
         earlier, self._earlier = self._earlier, None
         if earlier is not None:
             self._take_history(earlier, run_inputs)
@@ -76,21 +80,21 @@ class Compiled:
         self.program.close()
 
 
-@pg.kernel
+@kernel
 def as_read(picture: Image) -> vec4:
     """Copy a picture as passes read it."""
     return picture[0, 0]
 
 
-def targets_of(outputs: Mapping[str, pg.Target]) -> dict[str, pg.Target]:
+def targets_of(outputs: Mapping[str, Target]) -> dict[str, Target]:
     """Return the targets that the outputs depend on, by name, in the order of the passes, and then the inputs.
 
     A target that several passes draw into has several contents; from the second on, its name ends with a number.
     """
     nodes = passes_behind([*outputs.values()])
-    contents = [pg.Target(spec, node, slot) for node in nodes for slot, spec in enumerate(node.into)]
-    contents += [pg.Target(spec) for spec in inputs_behind([*outputs.values()]).values()]
-    targets: dict[str, pg.Target] = {}
+    contents = [Target(spec, node, slot) for node in nodes for slot, spec in enumerate(node.into)]
+    contents += [Target(spec) for spec in inputs_behind([*outputs.values()]).values()]
+    targets: dict[str, Target] = {}
     for content in contents:
         name, number = content.name, 1
         while name in targets:
@@ -100,7 +104,7 @@ def targets_of(outputs: Mapping[str, pg.Target]) -> dict[str, pg.Target]:
     return targets
 
 
-def values_of(outputs: Iterable[pg.Target]) -> dict[str, pg.Value]:
+def values_of(outputs: Iterable[Target]) -> dict[str, Value]:
     """Return the run values of a graph by name."""
     return {source.name: source for node in passes_behind([*outputs]) for source in sources_of(node.values)}
 
@@ -119,7 +123,7 @@ class Difference:
     nan_mismatch: NDArray[np.bool_]
 
     @classmethod
-    def of(cls, a: pg.Result, b: pg.Result) -> Difference:
+    def of(cls, a: Result, b: Result) -> Difference:
         """Compare the channels that both results have."""
         first, second = (scaled(result["values"]).astype(np.float64) for result in (a, b))
         channels = min(first.shape[2], second.shape[2])
@@ -145,7 +149,7 @@ class Difference:
         }
 
 
-def flip_map(results: Mapping[str, pg.Result]) -> tuple[NDArray[np.uint8], float]:
+def flip_map(results: Mapping[str, Result]) -> tuple[NDArray[np.uint8], float]:
     """Return the FLIP map of two results as shown, from black to yellow, and its mean.
 
     FLIP estimates the difference that a viewer sees when alternating between the pictures, from 0 to 1.

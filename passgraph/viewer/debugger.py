@@ -17,16 +17,16 @@ from typing import Any
 
 import numpy as np
 
-import passgraph as pg
 from passgraph.backends.base import Backend
 from passgraph.backends.registry import backend_names, open_backend
 from passgraph.errors import DeviceMissingError
-from passgraph.graph.targets import PixelPass
+from passgraph.graph.targets import PixelPass, Target
 from passgraph.language.kernel import Kernel
 from passgraph.plan.build import build
 from passgraph.plan.data import DrawStep, Options, PixelStep, Plan
 from passgraph.plan.dependencies import inputs_behind
 from passgraph.run.caller_arrays import admitted_picture, bound_to
+from passgraph.run.compile import compile
 from passgraph.run.inspection import text_of
 from passgraph.verify.lines import Lines, LineValue, lines_at
 from passgraph.verify.oracle.pass_bounds import Passes
@@ -53,11 +53,11 @@ class View:
     """
 
     drawing: Drawing
-    target: pg.Target
+    target: Target
     backends: Sequence[str]
     run_inputs: Mapping[str, Any]
 
-    def run_inputs_of(self, outputs: Mapping[str, pg.Target]) -> dict[str, Any]:
+    def run_inputs_of(self, outputs: Mapping[str, Target]) -> dict[str, Any]:
         """Return the pictures and run values that some targets depend on."""
         names = {*inputs_behind([*outputs.values()]), *values_of(outputs.values())}
         return {name: value for name, value in self.run_inputs.items() if name in names}
@@ -92,7 +92,7 @@ class Debugger:
         outputs = {"target": view.target}
         run_inputs = view.run_inputs_of(outputs)
         if not isinstance(made_by, PixelPass):
-            with pg.compile(outputs, "reference", view.drawing.size, non_finite="keep") as program:
+            with compile(outputs, "reference", view.drawing.size, non_finite="keep") as program:
                 return {"text": str(program.inspect(x, y, made_by.name, **run_inputs))}
         with self._using(view.backends) as backends:
             lines = [lines_at(outputs, b, (x, y), run_inputs, size=view.drawing.size) for b in backends]
@@ -102,7 +102,7 @@ class Debugger:
         """Return the plan as text with the times of passes, and as SVG."""
         outputs = view.drawing.outputs
         with self._using(view.backends[:1]) as (backend,):
-            program = pg.compile(outputs, backend, view.drawing.size, non_finite="keep")
+            program = compile(outputs, backend, view.drawing.size, non_finite="keep")
             with program:
                 times = program.profile(5, **view.run_inputs_of(outputs))
                 plan = program.plan

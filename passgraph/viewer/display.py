@@ -10,9 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-import passgraph as pg
-from passgraph.effects.color.tone_map import encode_srgb
+from passgraph.effects.color.srgb_encoding import encode_srgb
+from passgraph.graph import targets
+from passgraph.graph.calls import kernel
+from passgraph.graph.run_values import Value
+from passgraph.graph.targets import Target
 from passgraph.language import Image, clamp, dot, isinf, isnan, vec3, vec4
+from passgraph.language.kernel import function
 
 #: How a texel is shown: its color, a channel, Rec. 709 luminance, or luminance in false color.
 CHANNELS = ("color", "red", "green", "blue", "alpha", "luminance", "false color")
@@ -51,7 +55,7 @@ class Look:
         return {f"look_{name}": value for name, value in values.items()}
 
 
-@pg.function
+@function
 def false_color(x: float) -> vec3:
     """Map 0 to 1 to colors of growing lightness: dark violet, blue, green, orange, light yellow."""
     t = clamp(x, 0.0, 1.0)
@@ -61,7 +65,7 @@ def false_color(x: float) -> vec3:
     return vec3(red, green, blue)
 
 
-@pg.kernel
+@kernel
 def look(picture: Image, channel: int, exposure: float, low: float, high: float, srgb: int, mark: int) -> vec4:
     """Map a texel to 0 to 1; opaque, since alpha that is data would hide the picture."""
     held = picture[0, 0]
@@ -92,23 +96,23 @@ def look(picture: Image, channel: int, exposure: float, low: float, high: float,
     return vec4(color, 1.0)
 
 
-@pg.kernel
+@kernel
 def spread(picture: Image) -> vec4:
     """Convert a picture of one channel to gray RGB."""
     return vec4(vec3(picture[0, 0].r), 1.0)
 
 
-def shown(target: pg.Target) -> pg.Target:
+def shown(target: Target) -> Target:
     """Return the output "shown", in rgba8, of a pass that shows a target; its parameters are run values."""
     names = ("channel", "exposure", "low", "high", "srgb", "mark")
-    values: dict[str, Any] = {name: pg.Value(f"look_{name}") for name in names}
+    values: dict[str, Any] = {name: Value(f"look_{name}") for name in names}
     format_ = target.spec.format
     color = (
-        spread(target, into=pg.target("shown value", "rgba32f", like=target))
+        spread(target, into=targets.target("shown value", "rgba32f", like=target))
         if format_ and format_.channels == 1
         else target
     )
-    return look(color, **values, into=pg.target("shown", "rgba8", like=target))
+    return look(color, **values, into=targets.target("shown", "rgba8", like=target))
 
 
 def encode(picture: Bytes, exact: bool) -> tuple[bytes, str]:

@@ -7,7 +7,6 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-import passgraph as pg
 from passgraph.arguments import shown
 from passgraph.errors import InputError
 from passgraph.files.film import check_rate
@@ -15,7 +14,9 @@ from passgraph.files.frame import Frame, Outcome, Source, Stored
 from passgraph.files.open import open_film
 from passgraph.files.run import frames
 from passgraph.files.sequences import Numbers
+from passgraph.graph.run_values import FRAME_INDEX
 from passgraph.plan.dependencies import inputs_behind
+from passgraph.run.compile import compile
 from passgraph.viewer.debugger import View
 
 #: Most frames of a recording, and the largest number of one.
@@ -72,7 +73,7 @@ def record(
 
     def values(place: int) -> dict[str, Any]:
         number = first + place - 1
-        time = {name: number for name in (pg.FRAME_INDEX.name,) if name in run_inputs}
+        time = {name: number for name in (FRAME_INDEX.name,) if name in run_inputs}
         pictures = {name: picture for name, picture in inputs(number).items() if name in names}
         return {name: value for name, value in {**run_inputs, **pictures, **time}.items() if name != source_input}
 
@@ -84,7 +85,7 @@ def record(
     if names:
         pictures = _Pictures(lambda number: {**run_inputs, **inputs(number)}[source_input], range(first, last + 1))
         source = {source_input: pictures}
-    with pg.compile(outputs, view.backends[0] or None, view.drawing.size, non_finite="keep") as program:
+    with compile(outputs, view.backends[0] or None, view.drawing.size, non_finite="keep") as program:
         summary = frames(program, source, open_film(path, rate), values=values, jobs=1, watch=watch)
     if not summary.whole:
         raise InputError(summary.stopped or str(summary.failed[0].reason))

@@ -15,13 +15,16 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-import passgraph as pg
 from passgraph.backends.base import Backend
 from passgraph.backends.registry import backend_names, open_backend
 from passgraph.errors import InputError, PassgraphError
+from passgraph.graph.run_values import FRAME_INDEX, Value
+from passgraph.graph.targets import Input, Target
 from passgraph.pictures import load_stored, scaled
 from passgraph.plan.dependencies import inputs_behind
 from passgraph.run.caller_arrays import format_of
+from passgraph.run.result import Result
+from passgraph.scene import Camera
 from passgraph.viewer.compiled import Compiled, Difference, flip_map, values_of
 from passgraph.viewer.debugger import Debugger, View
 from passgraph.viewer.display import Look, encode, histogram_of, range_of
@@ -88,7 +91,7 @@ class Content:
     """
 
     loaded: Loaded
-    handles: Mapping[str, pg.Value] = field(default_factory=dict)
+    handles: Mapping[str, Value] = field(default_factory=dict)
 
     def values(self, settings: Settings) -> dict[str, Any]:
         """Return the value of each parameter: its control's, else the default."""
@@ -135,7 +138,7 @@ class Session:
         self._number, self._clock, self._frame = 0, (0, 0), 0
         self._names = [name for name in backend_names() if name != "null"]  # null computes nothing
         #: The latest results by slot ("a", "b"), their time and durations, and the difference of both.
-        self._results: dict[str, pg.Result] = {}
+        self._results: dict[str, Result] = {}
         self._ran_at, self._is_rough = 0.0, False
         self._times: dict[str, float] = {}
         self._difference: Difference | None = None
@@ -381,18 +384,18 @@ class Session:
             self._backends[name] = open_backend(name or None)
         return self._backends[name]
 
-    def _compared(self, drawing: Drawing, target: pg.Target, settings: Settings, other: str) -> Compiled:
+    def _compared(self, drawing: Drawing, target: Target, settings: Settings, other: str) -> Compiled:
         """Compile the drawing on another backend, or a picture file that is shown like the target."""
         if other != REFERENCE_FILE:
             return Compiled(drawing, settings.target, self._backend(other))
         if self._reference is None:
             raise InputError("choose a picture to compare with")
         height, width, channels = self._reference.shape
-        picture = pg.Input(REFERENCE_INPUT, format_of(self._reference.dtype, channels), (width, height))
+        picture = Input(REFERENCE_INPUT, format_of(self._reference.dtype, channels), (width, height))
         reference = Drawing({target.name: picture}, (width, height), {REFERENCE_INPUT: self._reference})
         return Compiled(reference, "", self._backend(settings.backend))
 
-    def _run_programs(self, program_set: ProgramSet, settings: Settings, advance: bool) -> dict[str, pg.Result]:
+    def _run_programs(self, program_set: ProgramSet, settings: Settings, advance: bool) -> dict[str, Result]:
         count = self.subject.frame_count()
         clock = (settings.steps, settings.restarts)
         is_restart = clock[1] != self._clock[1]
@@ -424,11 +427,11 @@ class Session:
         content: Content,
         drawing: Drawing,
         inputs: Collection[str],
-        run_values: Mapping[str, pg.Value],
+        run_values: Mapping[str, Value],
         settings: Settings,
     ) -> dict[str, Any]:
         """Return the pictures and run values of a run: values of controls, the time, and the orbited camera."""
-        run_inputs = {"keyboard": self._keys, **drawing.run_inputs, **self._inputs, pg.FRAME_INDEX.name: self._frame}
+        run_inputs = {"keyboard": self._keys, **drawing.run_inputs, **self._inputs, FRAME_INDEX.name: self._frame}
         parameters = content.values(settings)
         if "audio" in inputs and (audio := self.subject.audio(self._frame, parameters)) is not None:
             run_inputs["audio"] = audio
@@ -437,7 +440,7 @@ class Session:
         run_inputs |= {name: value for name, value in parameters.items() if name in run_values}
         run_inputs |= {name: value for name, value in settings.look.values().items() if name in run_values}
         camera = run_inputs.get("camera", getattr(run_values.get("camera"), "default", None))
-        if isinstance(camera, pg.Camera):
+        if isinstance(camera, Camera):
             run_inputs["camera"] = camera.orbited(*settings.orbit)
             if "previous_camera" in run_values:
                 run_inputs["previous_camera"] = camera.orbited(*self._orbit_before)
@@ -498,7 +501,7 @@ class Session:
         return facts
 
 
-def _difference(results: Mapping[str, pg.Result]) -> Difference | None:
+def _difference(results: Mapping[str, Result]) -> Difference | None:
     if "b" not in results:
         return None
     a, b = (results[slot]["values"].shape[1::-1] for slot in "ab")

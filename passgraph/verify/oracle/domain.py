@@ -111,7 +111,7 @@ class IntervalDomain(Domain[Bounded, Lanes]):
         if name in _WHOLE:
             return self._to_integer(_WHOLE[name], a[0], name)
         if name in self.native:
-            return native_bound(self, name, self.native[name], a)
+            return native_bound(self, self.track, name, self.native[name], a)
         if name in FUNCTIONS:
             return FUNCTIONS[name](*a)
         result: Bounded = getattr(self, f"_{name}")(*a)

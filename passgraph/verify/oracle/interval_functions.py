@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.backends.reference.interpreter import KINDS
+from passgraph.backends.reference.interpreter import KINDS, Domain
 from passgraph.language import expand
 from passgraph.language import scalar as s
 from passgraph.language.operation import ANGLE
@@ -31,10 +31,6 @@ from passgraph.verify.oracle.interval import (
     rounded,
     where,
 )
-
-if TYPE_CHECKING:
-    from passgraph.verify.oracle.domain import IntervalDomain
-
 
 Function = Callable[..., Interval]
 
@@ -209,7 +205,7 @@ def increasing(function: Callable[[NDArray[Any]], NDArray[Any]], a: Interval, ul
     return flushed(Interval(lo - slack * (np.abs(lo) + scale), hi + slack * (np.abs(hi) + scale), a.nan))
 
 
-def expanded(domain: IntervalDomain, operation: str, arguments: Sequence[Bounded]) -> Bounded:
+def expanded(domain: Domain[Bounded, Lanes], operation: str, arguments: Sequence[Bounded]) -> Bounded:
     """Return the bound of an operation without a bound of its own, from the operations it expands to."""
     if operation == "normalize":
         return _normalize(domain, as_interval(arguments[0]))
@@ -247,7 +243,7 @@ def _length(v: Interval) -> Interval:
     return iv.rounded(root.lo, root.hi, root.nan, 0.5)
 
 
-def _inverse(domain: IntervalDomain, m: Interval) -> Interval:
+def _inverse(domain: Domain[Bounded, Lanes], m: Interval) -> Interval:
     power = _power_of(m.magnitude.max(axis=2))  # of each column
     near = _times(m, power[:, :, None])
     size = m.shape[1]
@@ -258,7 +254,7 @@ def _inverse(domain: IntervalDomain, m: Interval) -> Interval:
     return iv.rounded(inverse.lo, inverse.hi, inverse.nan, 0.5)
 
 
-def _normalize(domain: IntervalDomain, v: Interval) -> Interval:
+def _normalize(domain: Domain[Bounded, Lanes], v: Interval) -> Interval:
     """Return v / |v| by components: with s the other components' squares, x / √(x² + s) rises with x."""
     v = _times(v, _power_of(v.magnitude.max(axis=1))[:, None])
     parts = [v.map(lambda x, i=i: x[:, i]) for i in range(v.shape[1])]  # type: ignore[misc]
@@ -287,7 +283,7 @@ def _normalize(domain: IntervalDomain, v: Interval) -> Interval:
 class _Emitter:
     """Replaces the emitter of scalar code: computes bounds instead."""
 
-    def __init__(self, domain: IntervalDomain) -> None:
+    def __init__(self, domain: Domain[Bounded, Lanes]) -> None:
         self.domain = domain
 
     def value(self, operand: Any) -> Bounded:

@@ -6,19 +6,20 @@ import ast
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cache
-from typing import TYPE_CHECKING
+from typing import TypeAlias
 
 import numpy as np
 
+from passgraph.backends.reference.interpreter import Domain
 from passgraph.language.native import Accuracy
 from passgraph.language.operations import OPERATIONS
 from passgraph.verify.oracle import interval as iv
+from passgraph.verify.oracle.decisions import Track
 from passgraph.verify.oracle.interval import Bounded, Interval, Lanes, as_interval
 from passgraph.verify.oracle.interval_functions import Function, functions_of
 
-if TYPE_CHECKING:
-    from passgraph.verify.oracle.domain import IntervalDomain
-
+#: The domain that evaluates formulas.
+Bounds: TypeAlias = Domain[Bounded, Lanes]
 _OPERATORS: Mapping[type[ast.AST], str] = {ast.Add: "add", ast.Sub: "sub", ast.Mult: "mul", ast.Div: "div"}
 
 
@@ -30,13 +31,15 @@ def _exact_functions() -> dict[str, Function]:
     return functions_of(rows)
 
 
-def native_bound(domain: IntervalDomain, name: str, accuracy: Accuracy, arguments: Sequence[Interval]) -> Interval:
+def native_bound(
+    domain: Bounds, track: Track, name: str, accuracy: Accuracy, arguments: Sequence[Interval]
+) -> Interval:
     """Return the bound of a function that the device computes; where nothing is promised, any number and NaN."""
     arguments = [iv.flushed(a) for a in arguments]
     shape = np.broadcast_shapes(*(a.shape for a in arguments))
     promised = np.broadcast_to(_is_promised(accuracy, arguments), shape)
     if not promised.all():
-        domain.track.names[f"{name} of the device"] += int((~promised).sum())
+        track.names[f"{name} of the device"] += int((~promised).sum())
     if not accuracy.promises:
         return Interval.anything(shape)
     allowed = []
@@ -68,7 +71,7 @@ def _is_promised(accuracy: Accuracy, arguments: Sequence[Interval]) -> Lanes:
     return np.asarray(promised)
 
 
-def _inherited(domain: IntervalDomain, formula: str, arguments: Sequence[Interval]) -> Interval:
+def _inherited(domain: Bounds, formula: str, arguments: Sequence[Interval]) -> Interval:
     """Return the bound of a formula in x, y and z: each of its operations may be as wrong as a device's."""
 
     def value(node: ast.expr) -> Bounded:
