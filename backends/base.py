@@ -192,6 +192,10 @@ class Backend(ABC):
     def devices(cls) -> list[DeviceInfo]:
         """List the devices, or return one entry that names what is missing. Must not raise."""
 
+    def device_info(self) -> DeviceInfo:
+        """Describe the open device; by default the first that the class lists."""
+        return self.devices()[0]
+
     @abstractmethod
     def make(self, format: Format, size: tuple[int, int]) -> Any:
         """Return a new storage of (width, height) pixels, zeroed (depth 0, stencil 0)."""

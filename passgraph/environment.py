@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass
 from importlib import metadata
 from typing import Any
 
-from passgraph.backends.base import DeviceInfo
+from passgraph.backends.base import Backend, DeviceInfo
 from passgraph.backends.registry import backend_class, backend_names
 from passgraph.errors import PassgraphError
 
@@ -41,13 +41,16 @@ class Environment:
         return asdict(self)
 
 
-def environment() -> Environment:
-    """Ask this machine. It loads every driver, which can take seconds.
+def environment(backend: Backend | None = None) -> Environment:
+    """Ask this machine about every device, which loads every driver and can take seconds; with an open backend, about
+    its device alone.
 
     >>> import platform
-    >>> found = environment()
-    >>> found.python.split()[1] == platform.python_version(), "numpy" in found.libraries, "numpy" in found.devices
-    (True, True, True)
+    >>> from passgraph.backends.registry import open_backend
+    >>> with open_backend("numpy") as backend:
+    ...     found = environment(backend)
+    >>> found.python.split()[1] == platform.python_version(), "numpy" in found.libraries, list(found.devices)
+    (True, True, ['numpy'])
     """
     import llvmlite.binding
 
@@ -55,7 +58,8 @@ def environment() -> Environment:
 
     python = f"{platform.python_implementation()} {platform.python_version()} ({platform.python_compiler()})"
     cpu = llvmlite.binding.get_host_cpu_name()
-    return Environment(passgraph.__version__, python, _system(), cpu, dict(_libraries()), devices())
+    found = devices() if backend is None else {backend.name: [backend.device_info()]}
+    return Environment(passgraph.__version__, python, _system(), cpu, dict(_libraries()), found)
 
 
 def devices() -> dict[str, list[DeviceInfo]]:

@@ -16,7 +16,7 @@ from passgraph.backends.gl import gl_functions as g
 from passgraph.backends.gl import state as fixed
 from passgraph.backends.gl import transfers
 from passgraph.backends.gl.capabilities import count_group, loop_trips
-from passgraph.backends.gl.context import Context, OwnContext, device_names
+from passgraph.backends.gl.context import Context, OwnContext, device_names, device_texts
 from passgraph.backends.gl.counts import CountRun, counts
 from passgraph.backends.gl.glsl import GLSL
 from passgraph.backends.gl.measured import measure_offset_unit
@@ -91,6 +91,10 @@ class GLBackend(DriverBackend):
             return [DeviceInfo(*names) for names in device_names()]
         except BackendError as error:
             return [DeviceInfo("none", "OpenGL", "", missing=str(error))]
+
+    def device_info(self) -> DeviceInfo:
+        with self.context as gl:
+            return DeviceInfo(*device_texts(gl))
 
     # Storages
 

@@ -316,8 +316,6 @@ class OwnContext(Context):
 
 def device_names() -> list[tuple[str, str, str]]:
     """Renderer, vendor and version of each device, in the order of their numbers."""
-    from passgraph.backends.gl import gl_functions as g
-
     names: list[tuple[str, str, str]] = []
     for index in range(MAX_DEVICES if sys.platform.startswith("linux") else 1):
         try:
@@ -327,6 +325,13 @@ def device_names() -> list[tuple[str, str, str]]:
                 raise
             break
         with context as gl:
-            names.append((gl.text(g.RENDERER), gl.text(g.VENDOR), gl.text(g.VERSION)))
+            names.append(device_texts(gl))
         context.release()
     return names
+
+
+def device_texts(gl: Any) -> tuple[str, str, str]:
+    """Renderer, vendor and version of the current context."""
+    from passgraph.backends.gl import gl_functions as g
+
+    return gl.text(g.RENDERER), gl.text(g.VENDOR), gl.text(g.VERSION)

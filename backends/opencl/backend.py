@@ -76,11 +76,15 @@ def device_infos() -> list[DeviceInfo]:
     """Return all devices for a listing, or one entry that names what is missing."""
     try:
         check_driver("opencl")
-        return [DeviceInfo(one.name.strip(), _driver_text(one), one.version.strip()) for one in all_devices()]
+        return [_info_of(one) for one in all_devices()]
     except BackendError as error:
         return [DeviceInfo("OpenCL", "", "", str(error))]
     except Exception as error:
         return [DeviceInfo("OpenCL", "", "", f"the OpenCL driver failed: {error}")]
+
+
+def _info_of(device: Any) -> DeviceInfo:
+    return DeviceInfo(device.name.strip(), _driver_text(device), device.version.strip())
 
 
 def _driver_text(device: Any) -> str:
@@ -141,6 +145,10 @@ class OpenCLBackend(DriverBackend):
     @classmethod
     def devices(cls) -> list[DeviceInfo]:
         return device_infos()
+
+    def device_info(self) -> DeviceInfo:
+        self.check_open()
+        return _info_of(self.device)
 
     # Buffers
 

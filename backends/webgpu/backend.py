@@ -66,6 +66,11 @@ class WebGPUBackend(DriverBackend):
     def devices(cls) -> list[DeviceInfo]:
         return devices.device_infos()
 
+    def device_info(self) -> DeviceInfo:
+        self.check_open()
+        own: DeviceInfo | None = getattr(self.device, "info", None)  # a page of Chromium
+        return own or devices.info_of(self.device.adapter)
+
     # Commands
 
     def encoder(self) -> Any:

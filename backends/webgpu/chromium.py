@@ -112,6 +112,7 @@ class Page:
             self.close()
             raise DeviceMissingError("this Chromium has no WebGPU adapter")
         self.features, self.limits, self.name = opened
+        self.version = self._browser.version
         self._calls: list[list[Any]] = []
         self._dropped: list[int] = []
         self._count = 2
@@ -187,6 +188,7 @@ class Device(Remote):
         self.features = set(self.page.features)
         self.limits = {kebab(name): value for name, value in self.page.limits.items()}
         self.name = f"Chromium ({self.page.name.strip()})"
+        self.info = DeviceInfo(self.page.name.strip(), "Chromium", self.page.version)
         self.corner_px = SWIFTSHADER_PX if "swiftshader" in self.name.lower() else SNAP_PX
 
     def destroy(self) -> None:

@@ -99,14 +99,15 @@ def name_of(adapter: Any) -> str:
     return str(adapter.info["device"] or adapter.info["description"]).strip()
 
 
+def info_of(adapter: Any) -> DeviceInfo:
+    return DeviceInfo(name_of(adapter), adapter.info["description"].strip(), adapter.info["backend_type"])
+
+
 def device_infos() -> list[DeviceInfo]:
     """Return all devices for a listing, or one entry that names what is missing."""
     try:
         check_driver("webgpu")
-        return [
-            DeviceInfo(name_of(one), one.info["description"].strip(), one.info["backend_type"])
-            for one in all_adapters()
-        ]
+        return [info_of(adapter) for adapter in all_adapters()]
     except BackendError as error:
         return [DeviceInfo("WebGPU", "", "", str(error))]
 

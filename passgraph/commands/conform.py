@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import sys
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -10,7 +12,7 @@ from typing import TYPE_CHECKING, get_args
 
 import click
 
-from passgraph.commands.options import BackendType, math_option
+from passgraph.commands.options import BackendType, FiniteRange, math_option
 from passgraph.commands.running import progress
 from passgraph.commands.written_files import check_path
 from passgraph.errors import InputError
@@ -20,15 +22,48 @@ from passgraph.writing import write_text
 if TYPE_CHECKING:
     from passgraph.verify.conformance import SuiteReport
     from passgraph.verify.conformance.case import Case
+    from passgraph.verify.conformance.kept_results import KeptReport
     from passgraph.verify.conformance.suite import Progress
+
+#: Kinds of changes in the order of their counts, and how many cases with another error are shown.
+KINDS, MOST_ERRORS = ("new failure", "known failure", "mended", "good", "not run"), 20
 
 
 @click.command()
-@click.option(
-    "--backend", "-b", required=True, type=BackendType(), help="Backend to test: built in, or of an installed package."
-)
+@click.option("--backend", "-b", type=BackendType(), help="Backend to test: built in, or of an installed package.")
 @click.option("--group", "-g", "groups", multiple=True, help="Run only this group of cases; may be repeated.")
+@click.option(
+    "--only", multiple=True, metavar="CASE", help="Run only this case, group/name; * is any text; may be repeated."
+)
+@click.option("--skip", multiple=True, metavar="CASE", help="Leave out this case, as for --only; may be repeated.")
 @click.option("--quick", is_flag=True, help="Run fewer cases: skip those that resemble others.")
+@click.option(
+    "--most-seconds",
+    type=FiniteRange(0.0, min_open=True),
+    metavar="N",
+    help="Begin no case after this time. Those that resemble no other run first, in turns of the groups.",
+)
+@click.option(
+    "--repeat",
+    type=click.IntRange(1, 1000),
+    default=1,
+    show_default=True,
+    metavar="N",
+    help="Run each case so often; it is flaky if the outcomes differ.",
+)
+@click.option(
+    "--baseline",
+    type=click.Path(path_type=Path),
+    metavar="FILE.json",
+    help="Results of an earlier run (--json): only failures that are new there count.",
+)
+@click.option(
+    "--compare",
+    nargs=2,
+    type=click.Path(path_type=Path),
+    metavar="A.json B.json",
+    help="Compare the results of two runs case by case, and run none.",
+)
 @math_option
 @click.option(
     "--functions", is_flag=True, help="Measure the error of each function (exp, sin …) in ULP instead of running cases."
@@ -46,31 +81,45 @@ if TYPE_CHECKING:
     "--json", "json_path", type=click.Path(path_type=Path), metavar="FILE.json", help="Write all results as data."
 )
 def conform(
-    backend: str, groups: tuple[str, ...], quick: bool, math: Math, functions: bool, names: tuple[str, ...],
-    report: Path | None, json_path: Path | None,
+    backend: str | None, groups: tuple[str, ...], only: tuple[str, ...], skip: tuple[str, ...], quick: bool,
+    most_seconds: float | None, repeat: int, baseline: Path | None, compare: tuple[Path, Path] | None, math: Math,
+    functions: bool, names: tuple[str, ...], report: Path | None, json_path: Path | None,
 ) -> int:  # fmt: skip
     """Run the conformance suite on a backend: every operation, format, draw state and effect, on small pictures.
 
     Each render target of each pass must lie within the bounds that follow from the rounding of operations and
     formats. A case is vacuous, and does not pass, if rounding leaves too many of its pixels undecided.
 
-    Exit status: 0 every case passes, 1 some do not, 2 an error. With --every, 1 if a result is outside its bounds.
+    Exit status: 0 every case passes, 1 some do not, 2 an error. With --baseline, 1 if some fail that did not fail so
+    there; with --compare, 1 if some fail in B that did not fail so in A. With --every, 1 if a result is outside its
+    bounds.
     """
-    from passgraph.verify.conformance import cases, run
+    from passgraph.verify.conformance import cases, kept_results, run
+    from passgraph.verify.conformance.selection import most_telling_first, selected
 
+    of_cases = bool(groups or only or skip or quick or most_seconds or repeat > 1 or baseline or json_path)
+    if compare is not None:
+        if backend is not None or of_cases or functions or names:
+            raise InputError("--compare reads two reports and runs nothing; leave out all options but --report")
+        return _compare(*compare, report)
+    if backend is None:
+        raise click.MissingParameter(param_type="option", param_hint="'--backend' / '-b'")
     if functions or names:
         option = "--functions" if functions else "--every"
-        if groups or quick or report is not None or json_path is not None:
-            raise InputError(f"{option} measures functions and runs no cases; leave out --group, --quick and reports")
+        if of_cases or report is not None:
+            raise InputError(f"{option} measures functions and runs no cases; leave out options of cases and reports")
         if functions and names:
             raise InputError("--functions takes samples, and --every all arguments; leave out one")
         return _measure_every(backend, math, names) if names else _measure_functions(backend, math)
     for path in (report, json_path):
         if path is not None:
             check_path(path)
-    chosen = list(cases(groups or None, quick=quick))
+    known = None if baseline is None else kept_results.load(baseline)
+    chosen = selected(cases(groups or None, quick=quick), only, skip)
+    if most_seconds is not None:
+        chosen = most_telling_first(chosen)
     with _bar(len(chosen)) as on_case:
-        result = run(backend, chosen, math=math, progress=on_case)
+        result = run(backend, chosen, math=math, repeat=repeat, most_seconds=most_seconds, progress=on_case)
     _show(result)
     if report is not None:
         from passgraph.verify.conformance.page import html_of
@@ -78,11 +127,49 @@ def conform(
         write_text(report, html_of(result))
         click.echo(f"{report}: written")
     if json_path is not None:
-        from passgraph.verify.conformance.page import json_of
-
-        write_text(json_path, json_of(result))
+        write_text(json_path, kept_results.json_of(result))
         click.echo(f"{json_path}: written")
-    return 0 if result.passed else 1
+    if known is None:
+        return 0 if result.passed else 1
+    now = kept_results.kept(json.loads(kept_results.json_of(result)), result.backend)
+    return _show_changes(known, now, str(baseline))
+
+
+def _compare(one: Path, other: Path, report: Path | None) -> int:
+    """Print what differs between two reports, and write the page that has every case."""
+    from passgraph.verify.conformance import kept_results
+
+    if report is not None:
+        check_path(report)
+    before, after = kept_results.load(one), kept_results.load(other)
+    click.echo(f"A: {before.title}\nB: {after.title}")
+    status = _show_changes(before, after, "A")
+    if report is not None:
+        from passgraph.verify.conformance.page import compared_html
+
+        write_text(report, compared_html(before, after))
+        click.echo(f"{report}: written")
+    return status
+
+
+def _show_changes(before: KeptReport, after: KeptReport, first: str) -> int:
+    """Print the conditions and the cases that differ, and return 1 if a failure is new."""
+    from passgraph.verify.conformance.kept_results import changes, other_conditions
+
+    for name, one, other in other_conditions(before, after):
+        click.echo(f"{name}: {other}, in {first} {one}")
+    found = changes(before, after)
+    for kind in ("new failure", "mended"):
+        for change in found:
+            if change.kind == kind:
+                click.echo(f"{kind}: {change.case}: {change.after}, in {first} {change.before or 'not run'}")
+    moved = [change for change in found if change.is_difference and change.before and change.after]
+    for change in sorted(moved, key=lambda change: -change.growth)[:MOST_ERRORS]:
+        if change.kind in ("good", "known failure"):
+            click.echo(f"other error: {change.case}: {change.after}, in {first} {change.before}")
+    counts = Counter(change.kind for change in found)
+    click.echo(", ".join(f"{counts[kind]} {kind}" for kind in KINDS if counts[kind]) or "no cases")
+    return 1 if counts["new failure"] else 0
 
 
 def _measure_functions(backend: str, math: Math) -> int:
@@ -185,6 +272,10 @@ def _show(report: SuiteReport) -> None:
     console.print(table)
     for verdict in report.faults:
         console.print(str(verdict), markup=False)
-    counts = {name: report.count(name) for name in get_args(Outcome)}
+    counts: dict[str, int] = {name: report.count(name) for name in get_args(Outcome)}
+    if report.not_run:
+        counts["not run"] = len(report.not_run)
     text = ", ".join(f"{count} {name}" for name, count in counts.items() if count)
+    if report.conditions is not None:
+        console.print(f"{report.conditions.device}; passgraph {report.conditions.environment.passgraph}", markup=False)
     console.print(f"{report.backend}: {text or 'no case ran'}", markup=False)

@@ -19,7 +19,8 @@ from passgraph.formats import FORMATS
 from passgraph.plan.data import DrawStep, PixelStep
 from passgraph.verify.conformance import Case, SuiteReport, cases, judge, run
 from passgraph.verify.conformance.judging import are_decided
-from passgraph.verify.conformance.page import html_of, json_of
+from passgraph.verify.conformance.kept_results import json_of
+from passgraph.verify.conformance.page import html_of
 from passgraph.verify.oracle.allowed import Allowed
 from passgraph.verify.oracle.interval import Interval
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from importlib.metadata import entry_points
 from pathlib import Path
+from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 
 pytest_plugins = ["pytester"]
@@ -50,7 +52,7 @@ def run(project: pytest.Pytester, *arguments: str) -> pytest.RunResult:
 def test_every_case_is_a_test(project: pytest.Pytester) -> None:
     result = run(project, "--passgraph-backend", "plain", "--passgraph-group", "sequences", "-v")
     result.assert_outcomes(passed=15)
-    result.stdout.fnmatch_lines(["*passgraph::conformance[[]sequences/a running sum in rgba32f[]] PASSED*"])
+    result.stdout.fnmatch_lines(["*passgraph/plain::conformance[[]plain-sequences/a running sum in rgba32f[]] PASSED*"])
 
 
 def test_what_does_not_conform_fails_with_its_verdict(project: pytest.Pytester) -> None:
@@ -61,6 +63,25 @@ def test_what_does_not_conform_fails_with_its_verdict(project: pytest.Pytester) 
         ["*operations/smoothstep on bright: diverged: frame 0, pass result0+result1, target result0: outside*"]
     )
     assert "Traceback" not in result.stdout.str()
+
+
+def test_in_junit_files_class_and_name_have_the_backend_and_properties_its_device(project: pytest.Pytester) -> None:
+    run(
+        project,
+        "--passgraph-backend",
+        "plain",
+        "--passgraph-group",
+        "operations",
+        "-k",
+        "smoothstep",
+        "--junitxml",
+        "p.xml",
+    )
+    (case,) = ElementTree.parse(project.path / "p.xml").getroot().iter("testcase")
+    assert case.attrib["classname"] == "passgraph.plain"
+    assert case.attrib["name"] == "conformance[plain-operations/smoothstep]"
+    properties = {one.attrib["name"]: one.attrib["value"] for one in case.iter("property")}
+    assert properties == {"device": "CPU, float64", "driver": "numpy", "version": np.__version__}
 
 
 def test_quick_leaves_cases_out(project: pytest.Pytester) -> None:

@@ -30,7 +30,8 @@ from passgraph.verify.oracle.kept import Kept
 from passgraph.verify.oracle.pass_bounds import Key, Passes
 
 #: ``"undecided"``: a vacuous case of ``math="native"``, where specifications promise little; it is no fault.
-Outcome = Literal["passed", "diverged", "undecided", "vacuous", "failed"]
+#: ``"flaky"``: a case that ran several times, with different outcomes.
+Outcome = Literal["passed", "diverged", "undecided", "vacuous", "failed", "flaky"]
 
 #: A value has narrow bounds if they span at most this share of its size, a step of its format, or …
 NARROW_SHARE = 1.0 / 64.0
@@ -47,6 +48,7 @@ class TargetVerdict:
     outside : share of pixels with a value that no conforming backend may have
     ambiguous : share of pixels where rounding may change a decision and the outcomes differ
     narrow : share of values with finite and narrow bounds
+    error : largest distance from the reference at pixels that are not ambiguous; infinite if only one is NaN
     known : True if the case has the exact picture, so that ``ambiguous`` and ``narrow`` do not matter
     """
 
@@ -56,6 +58,7 @@ class TargetVerdict:
     outside: float
     ambiguous: float
     narrow: float
+    error: float
     known: bool
 
 
@@ -99,7 +102,7 @@ class Verdict:
     seconds: float
     targets: tuple[TargetVerdict, ...] = ()
     divergence: Divergence | None = None
-    reason: str = ""  # for a vacuous or failed case
+    reason: str = ""  # for a case that is vacuous, failed or flaky
 
     @classmethod
     def of_failure(cls, case: Case, backend: str, seconds: float, targets: tuple[TargetVerdict, ...] = ()) -> Verdict:
@@ -121,8 +124,13 @@ class Verdict:
         """Return the smallest share of narrow bounds of any target without an exact picture."""
         return min((target.narrow for target in self.targets if not target.known), default=1.0)
 
+    @property
+    def error(self) -> float:
+        """Return the largest error of any target."""
+        return max((target.error for target in self.targets), default=0.0)
+
     def __str__(self) -> str:
-        detail = str(self.divergence) if self.divergence else self.reason
+        detail = " ".join(filter(None, (self.reason, str(self.divergence or ""))))
         return f"{self.id} on {self.backend}: {self.outcome}{': ' if detail else ''}{detail}"
 
 
@@ -165,7 +173,9 @@ class Judge:
                 bounds = allowed[key]
                 beyond = bounds.values.without(got)
                 share = float(beyond.any(axis=2).mean())
-                figures = share, float(bounds.ambiguous.mean()), float(are_decided(bounds, target.format).mean())
+                narrow = float(are_decided(bounds, target.format).mean())
+                error = float(distance(got, expected[key])[~bounds.ambiguous].max(initial=0.0))
+                figures = share, float(bounds.ambiguous.mean()), narrow, error
                 known = target.name in self.case.exact
                 divergent = self._divergent(key, got, expected, allowed, beyond) if share else None
                 yield TargetVerdict(frame, step.name, target.name, *figures, known), divergent
@@ -246,6 +256,18 @@ def are_decided(bounds: Allowed, format_: Format) -> NDArray[np.bool_]:
     size = values.magnitude
     near = values.width <= np.fmax(NARROW_SHARE * size, max(NARROW_DISTANCE, format_.unit))
     return np.asarray(near & (~values.nan | np.isnan(values.lo)))
+
+
+def settled(verdicts: Sequence[Verdict]) -> Verdict:
+    """Return the verdict on a case that ran several times on one backend: flaky if outcomes differ."""
+    first, seconds = verdicts[0], sum(verdict.seconds for verdict in verdicts)
+    counts = Counter(verdict.outcome for verdict in verdicts)
+    if len(counts) == 1:
+        return replace(first, seconds=seconds)
+    worst = next(verdict for verdict in verdicts if verdict.outcome != "passed")
+    of = ", ".join(f"{count} {outcome}" for outcome, count in counts.items())
+    reason = " ".join(filter(None, (f"of {len(verdicts)} runs {of}.", worst.reason)))
+    return replace(worst, outcome="flaky", seconds=seconds, reason=reason)
 
 
 def judge(case: Case, backends: Sequence[Backend], math: Math = "exact") -> list[Verdict]:

@@ -1,19 +1,18 @@
-"""Write a suite's report as one self-contained HTML file, and as JSON."""
+"""Write a suite's report, or the comparison of two, as one self-contained HTML file."""
 
 from __future__ import annotations
 
 import base64
-import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from html import escape
 from io import BytesIO
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.verify.conformance.case import Picture
-from passgraph.verify.conformance.judging import Divergence, Verdict
+from passgraph.verify.conformance.judging import Divergence
+from passgraph.verify.conformance.kept_results import KeptCase, KeptReport, changes, other_conditions
 from passgraph.verify.conformance.suite import SuiteReport
 
 #: Pictures are enlarged by an integer factor to about this many pixels a side.
@@ -39,10 +38,11 @@ def html_of(report: SuiteReport) -> str:
     faults = report.faults
     word = '<b class="passed">passes</b>' if report.passed else '<b class="fault">does not pass</b>'
     parts = [
-        f"<!doctype html><html lang=en><meta charset=utf-8><title>Conformance of {escape(report.backend)}</title>",
-        f"<style>{STYLE}</style><h1>Conformance of {escape(report.backend)}</h1>",
+        _head(f"Conformance of {report.backend}"),
         f"<p>{len(report.verdicts)} cases, {len(faults)} of them not passed: the backend {word}.</p>",
+        *([f"<p>The time was up before {len(report.not_run)} cases.</p>"] if report.not_run else []),
         _table(report),
+        _rows((), report.conditions.rows()) if report.conditions is not None else "",
     ]
     shown = 0
     for verdict in faults:
@@ -54,6 +54,35 @@ def html_of(report: SuiteReport) -> str:
     return "\n".join(parts) + "\n"
 
 
+def compared_html(before: KeptReport, after: KeptReport) -> str:
+    """Return what differs between two reports, then every case of both."""
+    found = changes(before, after)
+    parts = [
+        _head("Two runs of the conformance suite"),
+        f"<p>A: {escape(before.title)}<br>B: {escape(after.title)}</p>",
+        "<h2>Conditions that differ</h2>",
+        _rows(("", "A", "B"), list(other_conditions(before, after))),
+    ]
+    for heading, wanted in (("Cases that differ", True), ("Cases that are the same", False)):
+        rows = [
+            (c.case, c.kind, *_figures_of(c.before), *_figures_of(c.after)) for c in found if c.is_difference == wanted
+        ]
+        heads = ("case", "B compared with A", "A", "error of A", "B", "error of B")
+        parts += [f"<h2>{heading}: {len(rows)}</h2>", _rows(heads, rows)]
+    return "\n".join(parts) + "\n"
+
+
+def _figures_of(case: KeptCase | None) -> tuple[str, str]:
+    return ("not run", "") if case is None else (case.outcome, f"{case.error:.3g}")
+
+
+def _head(title: str) -> str:
+    text = escape(title)
+    return (
+        f"<!doctype html><html lang=en><meta charset=utf-8><title>{text}</title><style>{STYLE}</style><h1>{text}</h1>"
+    )
+
+
 def _table(report: SuiteReport) -> str:
     heads = ("group", "cases", "passed", "most ambiguous", "mean", "least told", "seconds")
     rows = [
@@ -61,6 +90,10 @@ def _table(report: SuiteReport) -> str:
          f"{g.seconds:.1f}")
         for g in report.groups
     ]  # fmt: skip
+    return _rows(heads, rows)
+
+
+def _rows(heads: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
     head = "".join(f"<th>{escape(text)}" for text in heads)
     body = "".join("<tr>" + "".join(f"<td>{escape(str(cell))}" for cell in row) for row in rows)
     return f"<table><tr>{head}{body}</table>"
@@ -111,38 +144,3 @@ def _data(pixels: NDArray[np.uint8]) -> str:
     stream = BytesIO()
     Image.fromarray(large).save(stream, "PNG")
     return "data:image/png;base64," + base64.b64encode(stream.getvalue()).decode("ascii")
-
-
-def json_of(report: SuiteReport) -> str:
-    """Return every case with its figures; NaN and infinity become strings, since JSON lacks them."""
-    document = {
-        "backend": report.backend,
-        "passed": report.passed,
-        "groups": [vars(group) for group in report.groups],
-        "cases": [_entry(verdict) for verdict in report.verdicts],
-    }
-    return json.dumps(document, indent=1) + "\n"
-
-
-def _entry(verdict: Verdict) -> dict[str, Any]:
-    entry: dict[str, Any] = {
-        "case": verdict.id,
-        "outcome": verdict.outcome,
-        "seconds": round(verdict.seconds, 4),
-        "ambiguous": verdict.ambiguous,
-        "told": verdict.narrow,
-    }
-    if verdict.reason:
-        entry["reason"] = verdict.reason
-    if verdict.divergence is not None:
-        found = verdict.divergence
-        numbers = {name: getattr(found, name) for name in ("got", "expected", "low", "high")}
-        entry["divergence"] = {
-            "where": found.where,
-            "column": found.pixel[0],
-            "row": found.pixel[1],
-            "channel": found.channel,
-            **{name: value if np.isfinite(value) else str(value) for name, value in numbers.items()},
-            "cause": found.cause,
-        }
-    return entry

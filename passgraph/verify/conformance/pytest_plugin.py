@@ -1,6 +1,7 @@
 """The suite as pytest tests: ``pytest --passgraph-backend NAME`` adds a test for each case, in any project.
 
-pytest finds this plugin through its entry point.  ``-k`` selects ``conformance[group/name]`` like other tests.
+pytest finds this plugin through its entry point.  ``-k`` selects ``conformance[backend-group/name]`` like other tests.
+In JUnit's files (``--junitxml``) the backend is part of each test's class and name, and its device a property.
 """
 
 from __future__ import annotations
@@ -26,15 +27,16 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 @pytest.hookimpl(tryfirst=True)  # so that -k and -m also select among the added tests
 def pytest_collection_modifyitems(session: pytest.Session, config: pytest.Config, items: list[pytest.Item]) -> None:
-    if not config.getoption("passgraph_backend"):
+    backend = config.getoption("passgraph_backend")
+    if not backend:
         return
     from passgraph.errors import InputError
     from passgraph.verify.conformance.suite import cases
 
-    parent = Conformance.from_parent(session, name="passgraph", nodeid="passgraph")
+    parent = Conformance.from_parent(session, name="passgraph", nodeid=f"passgraph/{backend}")
     try:
         for case in cases(config.getoption("passgraph_group"), quick=config.getoption("passgraph_quick")):
-            items.append(CaseItem.from_parent(parent, name=f"conformance[{case.id}]", case=case))
+            items.append(CaseItem.from_parent(parent, name=f"conformance[{backend}-{case.id}]", case=case))
     except InputError as error:
         raise pytest.UsageError(str(error)) from error
 
@@ -65,7 +67,10 @@ class CaseItem(pytest.Item):
     def runtest(self) -> None:
         from passgraph.verify.conformance.judging import judge
 
-        (verdict,) = judge(self.case, [self._opened()])
+        backend = self._opened()
+        info = backend.device_info()
+        self.user_properties += [("device", info.name), ("driver", info.driver), ("version", info.version)]
+        (verdict,) = judge(self.case, [backend])
         if verdict.outcome != "passed":
             raise NotConforming(str(verdict))
 

@@ -6,15 +6,17 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from html import escape
 from importlib import import_module
+from time import monotonic
 from typing import Literal, cast
 
-from passgraph.arguments import among, flag, function, instance, iterable, one_of, shown
+from passgraph.arguments import among, flag, function, instance, iterable, one_of, real, shown, whole_number
 from passgraph.backends.base import Backend
 from passgraph.backends.registry import open_backend
 from passgraph.errors import BackendError, InputError
 from passgraph.language.native import MATH, Math
+from passgraph.verify.conditions import Conditions
 from passgraph.verify.conformance.case import Case
-from passgraph.verify.conformance.judging import Outcome, Verdict, judge
+from passgraph.verify.conformance.judging import Outcome, Verdict, judge, settled
 
 #: Group → the module whose ``cases`` yields it.
 GROUPS = {
@@ -79,10 +81,20 @@ class Summary:
 
 @dataclass(frozen=True)
 class SuiteReport:
-    """The verdicts of every case on one backend."""
+    """The verdicts of every case on one backend.
+
+    Attributes
+    ----------
+    backend : the name that it was opened with
+    verdicts : in the order in which the cases ran
+    conditions : device, driver, versions, options and date
+    not_run : identifiers of the cases that did not run because the time was up
+    """
 
     backend: str
     verdicts: tuple[Verdict, ...]
+    conditions: Conditions | None = None
+    not_run: tuple[str, ...] = ()
 
     @property
     def passed(self) -> bool:
@@ -140,6 +152,8 @@ def run(
     groups: Iterable[str] | None = None,
     quick: bool = False,
     math: Math = "exact",
+    repeat: int = 1,
+    most_seconds: float | None = None,
     progress: Progress = lambda number, case, state: None,
 ) -> SuiteReport:
     """Run cases on a backend, one after another.
@@ -154,6 +168,10 @@ def run(
         As for that function.
     math
         ``"native"``: kernels call the device's own functions, whose bounds follow from its specification.
+    repeat
+        How often each case runs, 1 to 1000; it is ``"flaky"`` if the outcomes differ.
+    most_seconds
+        No case begins after this time; None: no limit.
     progress
         Called with the case's number, the case, and ``"start"`` or its verdict.
 
@@ -173,18 +191,25 @@ def run(
     if cases is not None:
         chosen = iterable(cases, "cases", "a list of passgraph.verify.conformance.Case", InputError)
     function(progress, "progress", InputError)
+    repeat = whole_number(repeat, "repeat", 1, 1000, InputError)
+    if most_seconds is not None:
+        most_seconds = real(most_seconds, "most_seconds", 0.0, error=InputError)
     typed = cast("Math", one_of(math, "math", MATH, InputError))
     instance(backend, (str, Backend), "backend", "a name such as 'gl' or an open backend", BackendError)
     opened = open_backend(backend) if isinstance(backend, str) else backend
-    verdicts = []
+    verdicts, not_run, start = list[Verdict](), list[str](), monotonic()
     try:
         for number, case in enumerate(chosen):
             instance(case, Case, f"case {number}", "a passgraph.verify.conformance.Case", InputError)
+            if most_seconds is not None and monotonic() - start >= most_seconds:
+                not_run.append(case.id)
+                continue
             progress(number, case, "start")
-            (verdict,) = judge(case, [opened], typed)
-            verdicts.append(verdict)
-            progress(number, case, verdict)
+            verdicts.append(settled(judge(case, [opened] * repeat, typed)))
+            progress(number, case, verdicts[-1])
+        conditions = Conditions.now(opened, math=math, repeat=repeat, most_seconds=most_seconds)
     finally:
         if isinstance(backend, str):
             opened.close()
-    return SuiteReport(backend if isinstance(backend, str) else backend.name, tuple(verdicts))
+    name = backend if isinstance(backend, str) else backend.name
+    return SuiteReport(name, tuple(verdicts), conditions, tuple(not_run))
