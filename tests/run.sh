@@ -56,6 +56,8 @@ stop() {
 failed=()
 venv=${PASSGRAPH_VENV:-.venv-tests}
 export PASSGRAPH_EXPECT=${PASSGRAPH_EXPECT-gl,opencl,webgpu,numpy}
+# OpenBLAS's threads spin after each import of numpy, of which the tests have hundreds.
+export OPENBLAS_THREAD_TIMEOUT=${OPENBLAS_THREAD_TIMEOUT-4}
 
 python=${PYTHON:-python3}
 command -v "$python" >/dev/null ||

@@ -22,6 +22,9 @@ TRACEBACK_VARIABLE = "PASSGRAPH_TRACEBACK"
 COMPLETION_VARIABLE = "_PASSGRAPH_COMPLETE"
 #: Threshold of the cyclic garbage collector; raised since the objects that a command loads contain no garbage.
 GARBAGE_AFTER = 100_000
+#: Environment variable of OpenBLAS, which numpy loads. Its threads spin after their start, on each core for as long as
+#: numpy takes to import; 4 is for 2^4 cycles (OpenBLAS 0.3, driver/others/blas_server.c).
+IDLE_THREADS = ("OPENBLAS_THREAD_TIMEOUT", "4")
 #: Exit statuses of all commands.
 STATUS = {
     0: "success; everything compared is within bounds and equal to its recording",
@@ -109,6 +112,7 @@ def group(context: click.Context, is_version: bool, is_verbose: bool) -> None:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and exit."""
     interrupts.install()
+    os.environ.setdefault(*IDLE_THREADS)
     gc.set_threshold(GARBAGE_AFTER, *gc.get_threshold()[1:])
     try:
         status = run(None if arguments is None else list(arguments))

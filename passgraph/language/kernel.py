@@ -5,12 +5,10 @@ from __future__ import annotations
 import ast
 import dataclasses
 import inspect
-import os
 import sys
 import types as pytypes
 from collections.abc import Callable, Mapping
 from html import escape
-from pathlib import Path
 from typing import Any, Self, TypeVar, cast, dataclass_transform
 
 from passgraph.arguments import one_of, shown
@@ -19,13 +17,11 @@ from passgraph.errors import KernelError, PassgraphError
 from passgraph.forking import importing
 from passgraph.language import ir
 from passgraph.language.native import MATH, Math
-from passgraph.language.scope import TEXT_NAMES, FunctionSource, KnownTable, Scope, python_scope, text_scope
+from passgraph.language.scope import TEXT_NAMES, FunctionSource, KnownTable, Scope, freeze, python_scope, text_scope
 from passgraph.language.signature import literal_value, read_signature, read_struct
-from passgraph.language.source import Source, fail, source_from_text, source_of, source_of_class
+from passgraph.language.source import PACKAGE, Source, fail, source_from_text, source_of, source_of_class
 
 T = TypeVar("T")
-#: Folder of this package's own kernels.
-_OURS = f"{Path(__file__).parents[1]}{os.sep}"
 
 
 class Kernel:
@@ -41,12 +37,11 @@ class Kernel:
     def __init__(self, function: FunctionSource, stage: ir.Stage) -> None:
         self.stage: ir.Stage = stage
         self.name = self.__name__ = function.name
-        self.__doc__ = ast.get_docstring(function.node)
+        self.__doc__ = function.doc
         self.definition: FunctionSource | None = function
         self.__module__, self.__qualname__ = function.module, function.qualname
-        # Inside of a function, captured names may change before the first use.
-        if function.source.indent or not function.source.file.startswith(_OURS):
-            _ = self._parsed
+        if not function.is_lazy:
+            _ = self.program
 
     @cached_property
     def _parsed(self) -> tuple[ir.TypedKernel, Mapping[FunctionSource, Scope]]:
@@ -60,7 +55,17 @@ class Kernel:
     @cached_property
     def program(self) -> ir.TypedKernel:
         """Return the typed representation."""
-        return self._parsed[0]
+        if self.definition is None or not self.definition.cache_key:
+            return self._parsed[0]
+        with importing:
+            from passgraph.language import typed_cache
+
+            name = f"{self.stage} {self.definition.cache_key}"
+            program = typed_cache.recall(name)
+            if program is None:
+                program = self._parsed[0]
+                typed_cache.remember(name, program)
+            return program
 
     @property
     def scopes(self) -> Mapping[FunctionSource, Scope]:
@@ -118,6 +123,8 @@ class Kernel:
 
     def check_constants(self) -> None:
         """Raise KernelError if a captured constant has changed since the kernel was built."""
+        if "_parsed" not in vars(self):
+            return  # of this package, and from the cache
         changed = [name for scope in self.scopes.values() for name in scope.changed_constants()]
         if changed:
             raise KernelError(
@@ -151,6 +158,35 @@ def function_source(function: Callable[..., Any]) -> FunctionSource:
     """Return the source text and the scope of a Python function."""
     if isinstance(function, (Kernel, type)) or not inspect.isfunction(function):
         raise PassgraphError(f"a kernel is made from a function, got {type(function).__name__}")
+    doc = None if function.__doc__ is None else inspect.cleandoc(function.__doc__)
+    names = function.__module__ or "", function.__qualname__, doc, _cache_key(function)
+    found = FunctionSource(function.__name__, lambda: _text_of(function), python_scope(function), *names)
+    if not found.cache_key:
+        _ = found.node
+    return found
+
+
+def _cache_key(function: Callable[..., Any]) -> str:
+    """Return the name of a function of this package, and the values that it captures; empty for other functions.
+
+    It is empty, too, for a function that captures something without an unambiguous text.
+    """
+    if not function.__code__.co_filename.startswith(PACKAGE):
+        return ""
+    captured: list[object] = []
+    try:
+        for name, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):
+            inner: FunctionSource | None = getattr(cell.cell_contents, "__passgraph_function__", None)
+            if inner is not None and not inner.cache_key:
+                return ""
+            captured += [name, freeze(cell.cell_contents) if inner is None else inner.cache_key]
+    except (TypeError, ValueError):
+        return ""
+    return f"{function.__module__}.{function.__qualname__}{captured or ''}"
+
+
+def _text_of(function: Callable[..., Any]) -> tuple[Source, ast.FunctionDef]:
+    """Read the text of a Python function."""
     source = source_of(function)
     if function.__name__ == "<lambda>":
         raise KernelError(f"{source.file}:{source.first_line}: a kernel is a def statement, not a lambda")
@@ -160,8 +196,7 @@ def function_source(function: Callable[..., Any]) -> FunctionSource:
             f"{source.file}:{source.first_line}: the text of {function.__name__} is no longer available; "
             "the file changed after it was imported"
         )
-    scope = python_scope(function)
-    return FunctionSource(function.__name__, source, node, scope, function.__module__ or "", function.__qualname__)
+    return source, node
 
 
 def function(definition: Callable[..., T]) -> Callable[..., T]:
@@ -170,7 +205,8 @@ def function(definition: Callable[..., T]) -> Callable[..., T]:
     Its parameters and result need types.  The body is inlined at each call.
     """
     source = function_source(definition)
-    read_signature(source)
+    if not source.is_lazy:
+        read_signature(source)
 
     def marked(*_: Any, **__: Any) -> T:
         raise PassgraphError(f"{source.name}() is a function of the kernel language; kernels call it, Python does not")
@@ -234,7 +270,7 @@ def text_functions(text: str, name: str = "<kernel text>") -> tuple[dict[str, Fu
     scope = text_scope(names, tables)
     for node in source.parse().body:
         if isinstance(node, ast.FunctionDef):
-            functions[node.name] = names[node.name] = FunctionSource(node.name, source, node, text_scope(names, tables))
+            functions[node.name] = names[node.name] = FunctionSource.of_node(source, node, text_scope(names, tables))
             if any(_last_name(d) == "kernel" for d in node.decorator_list):
                 marked.append(node.name)
         elif isinstance(node, ast.ClassDef):

@@ -335,7 +335,7 @@ def functions_of(source: Source, extra: dict[str, object] | None = None) -> dict
     )
     for node in source.parse().body:
         if isinstance(node, ast.FunctionDef):
-            functions[node.name] = FunctionSource(node.name, source, node, scope)
+            functions[node.name] = FunctionSource.of_node(source, node, scope)
     return functions
 
 

@@ -27,6 +27,10 @@ def digest(*parts: str) -> str:
     return hashlib.sha256("\0".join(parts).encode(errors="surrogatepass")).hexdigest()
 
 
+#: Digests of kernels that were read from the cache, by the identity of the kernel, which is kept.
+DIGESTS: dict[int, tuple[ir.TypedKernel, str]] = {}
+
+
 def kernel_digest(program: ir.TypedKernel) -> str:
     """Return a digest of everything that affects a kernel's result, and of the source positions of its parts.
 
@@ -37,6 +41,8 @@ def kernel_digest(program: ir.TypedKernel) -> str:
     RecursionError
         If it nests too deeply.
     """
+    if id(program) in DIGESTS:
+        return DIGESTS[id(program)][1]
     walk = _Walk()
     for parameter in program.parameters:
         default = freeze(parameter.default) if parameter.const and parameter.has_default else None

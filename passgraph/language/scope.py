@@ -208,15 +208,42 @@ TEXT_NAMES: dict[str, object] = {
 
 @dataclass(frozen=True, eq=False)
 class FunctionSource:
-    """The text of a function of the kernel language: parsed, inlined, never run."""
+    """The text of a function of the kernel language: parsed, inlined, never run.
+
+    ``read`` returns its text and the statement that defines it, when one of them is first needed.
+    """
 
     name: str
-    source: Source
-    node: ast.FunctionDef
+    read: Callable[[], tuple[Source, ast.FunctionDef]]
     scope: Scope
     #: Qualified name of the Python function; empty for text.
     module: str = ""
     qualname: str = ""
+    doc: str | None = None
+    #: For functions of this package, what names them and the values that they capture; empty for others.
+    cache_key: str = ""
+
+    @classmethod
+    def of_node(cls, source: Source, node: ast.FunctionDef, scope: Scope) -> FunctionSource:
+        """Return a function of a text."""
+        return cls(node.name, lambda: (source, node), scope, doc=ast.get_docstring(node))
+
+    @property
+    def is_lazy(self) -> bool:
+        """Return True for functions at the top of this package's modules: its tests read them all, a program few."""
+        return bool(self.cache_key) and "<locals>" not in self.qualname
+
+    @cached_property
+    def _read(self) -> tuple[Source, ast.FunctionDef]:
+        return self.read()
+
+    @property
+    def source(self) -> Source:
+        return self._read[0]
+
+    @property
+    def node(self) -> ast.FunctionDef:
+        return self._read[1]
 
     @cached_property
     def assigned(self) -> frozenset[str]:

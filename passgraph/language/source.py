@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import inspect
 import linecache
+import os
 import re
 import textwrap
 import types as pytypes
@@ -12,11 +13,14 @@ import unicodedata
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
+from pathlib import Path
 from typing import NoReturn
 
 from passgraph.cached import cached_property
 from passgraph.errors import KernelError, PassgraphError
 
+#: Folder of this package, with its own kernels.
+PACKAGE = f"{Path(__file__).parents[1]}{os.sep}"
 #: Longest untrusted kernel text, in characters; the longest kernel of this package has about 5,000.
 MAX_SOURCE_CHARACTERS = 200_000
 #: Longest line of kernel text, in characters.

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 from functools import lru_cache
-from importlib import resources
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,8 +64,7 @@ def teapot_mesh(segments: int = 16) -> Mesh:
 
 def _patch_grids(segments: int) -> list[tuple[str, Float64, Float64, bool]]:
     """Return part, points (k, k, 3), unit normals (zero if degenerate), and True if mirrored, for each grid."""
-    text = resources.files("passgraph").joinpath("assets/teapot.json").read_text(encoding="utf-8")
-    data = json.loads(text)
+    data = json.loads((Path(__file__).parents[1] / "assets" / "teapot.json").read_text(encoding="utf-8"))
     control = np.array(data["points"])
     grids = []
     for patch in data["patches"]:
@@ -129,7 +128,7 @@ def _solid(
 def _caps(points: Float64, triangles: NDArray[np.int64]) -> tuple[Float64, NDArray[np.int64]]:
     """Return the points with a center added for every hole, and the triangle fans that close the holes."""
     edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
-    known = {(int(a), int(b)) for a, b in edges}
+    known = {(a, b) for a, b in edges.tolist()}
     following = {b: a for a, b in known if (b, a) not in known}
     caps: list[list[int]] = []
     added: list[Float64] = []

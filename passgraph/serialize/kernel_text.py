@@ -181,7 +181,7 @@ class KernelReader:
             source, scope = check_length(Source(file, text, line)), text_scope(self._dotted(own, f"{where}.names"))
             body = source.parse().body
             if len(body) == 1 and isinstance(body[0], ast.FunctionDef):
-                return FunctionSource(body[0].name, source, body[0], scope)
+                return FunctionSource.of_node(source, body[0], scope)
             if len(body) == 1 and isinstance(body[0], ast.ClassDef):
                 return read_struct(body[0], source, scope)
         document.wrong(f"{where}.text", "one function, or one class of typed fields", text)

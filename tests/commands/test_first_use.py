@@ -5,6 +5,7 @@ Each test does what a newcomer does, with the text that they should see.
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -275,6 +276,22 @@ for name in ("apply", "compare", "plan", "render"):
     *others, render = done.stderr.splitlines()
     assert others == ["apply", "compare", "plan"]
     assert "shadows" in render and "light2d" not in render
+
+
+@pytest.mark.parametrize(("given", "left"), [({}, "4"), ({"OPENBLAS_THREAD_TIMEOUT": "20"}, "20")])
+def test_idle_threads_of_numpy_do_not_spin_unless_the_user_says_so(given: dict[str, str], left: str) -> None:
+    text = """
+import os, sys
+from passgraph.commands import main
+assert "numpy" not in sys.modules
+try:
+    main(["--version"])
+finally:
+    print(os.environ["OPENBLAS_THREAD_TIMEOUT"])
+"""
+    around = {name: value for name, value in os.environ.items() if name != "OPENBLAS_THREAD_TIMEOUT"}
+    done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, env=around | given)
+    assert done.stdout.splitlines()[-1] == left
 
 
 # Errors

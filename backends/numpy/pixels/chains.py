@@ -34,7 +34,7 @@ def reach(uses: Sequence[s.ImageUse]) -> Halo:
 
 def near_images(program: s.ScalarProgram) -> tuple[s.ImageUse, ...]:
     """Return the images whose relative reads use windows."""
-    apart = _varying_images(program)
+    apart = _varying_images(program) if any(use.relative for use in program.images) else set()
     around, halo = Halo(), []
     for use in program.images:
         wider = around.over(reach([use]))
