@@ -30,6 +30,10 @@ if TYPE_CHECKING:
 
 #: Most memory that loading a picture may take by default: some 200 million pixels.
 MAX_BYTES = 1 << 32
+#: Bits of TIFF's tag NewSubfileType (TIFF 6.0, page 36).
+_REDUCED, _MASK = 1, 4
+#: What is said of a stack.
+FIRST_OF_SEVERAL = "holds several pictures; the first is read. Read the others with tifffile, and pass arrays"
 #: GIF, JPEG 2000 and JPEG XL, by what files begin with: OpenImageIO decodes them when it opens them. That takes up to
 #: four times the size of the pixels.
 _DECODED_WHEN_OPENED = (b"GIF8", b"\0\0\0\x0c", b"\xff\x4f\xff\x51", b"\xff\x0a")
@@ -184,11 +188,10 @@ class ImageFile:
         return self.spec.width, self.spec.height
 
     @property
-    def count(self) -> int:
-        """Return 1 for one picture, 2 for two or more."""
-        found = 1
-        while found < 2 and self.input.seek_subimage(found, 0):
-            found += 1
+    def has_second(self) -> bool:
+        """Return True if a second picture follows that is neither a smaller copy nor a mask of the first (TIFF)."""
+        found = self.input.seek_subimage(1, 0)
+        found = found and not _attribute(self.input.spec(), "tiff:subfiletype", 0) & (_REDUCED | _MASK)
         self.input.seek_subimage(self.subimage, 0)
         error_of(self.input)
         return found

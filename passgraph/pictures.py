@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from passgraph import arguments
 from passgraph.color_tags import ColorSpace, Recoded
 from passgraph.errors import InputError, reason
-from passgraph.image_files import MAX_BYTES, associated, opened_image, straight, upright
+from passgraph.image_files import FIRST_OF_SEVERAL, MAX_BYTES, associated, opened_image, straight, upright
 from passgraph.image_formats import WRITABLE, Metadata, WritableFormat, is_opaque, unstated
 from passgraph.image_writing import encoded_image, write_image
 from passgraph.quantise import check_no_nan, quantised
@@ -59,7 +59,8 @@ def load(
     Parameters
     ----------
     path : PNG, JPEG, TIFF, OpenEXR, WebP, BMP, GIF, TGA, HDR, PNM, PFM, DPX, Cineon, JPEG XL, JPEG 2000, PSD, DDS or
-        npy. EXIF orientation is applied. Of several pictures in a file the first is read. ``shot.exr:diffuse`` reads a
+        npy. EXIF orientation is applied. Of several pictures in a file the first is read, of a TIFF stack with a
+        UserWarning. ``shot.exr:diffuse`` reads a
         layer of an OpenEXR file; ``photo.jpg:hdr`` the HDR rendition of a JPEG with a gain map (Ultra HDR), in linear
         light, where 1 is white of the picture that is read without ``:hdr``.
     layer : a layer, part or channel of an OpenEXR file, such as ``"diffuse"``, ``"N"`` or ``"Z"``; or ``"hdr"``.
@@ -96,6 +97,8 @@ def load(
     arguments.flag(linear, f"{file}: linear", InputError)
     arguments.flag(raw, f"{file}: raw", InputError)
     picture, encoding = _load(file, None, layer or named_layer, max_bytes, as_stored=False, raw=raw)
+    if holds_several(file):
+        warnings.warn(f"{file}: {FIRST_OF_SEVERAL}", stacklevel=2)
     if linear and encoding is not None:
         _decode(picture, _light_of(file, encoding))
     return picture
@@ -192,7 +195,7 @@ def holds_several(file: Path) -> bool:
         return False
     try:
         with opened_image(file) as image:
-            return image.count > 1
+            return image.has_second
     except InputError:
         return False
 

@@ -521,3 +521,27 @@ def test_suffixes_are_those_of_openimageio() -> None:
     theirs = {name: suffixes.split(",") for name, _, suffixes in (entry.partition(":") for entry in listed)}
     for name, suffixes in READABLE.items():
         assert {suffix[1:] for suffix in suffixes} - {"apng"} <= set(theirs[name]), name
+
+
+# Files with several pictures
+
+
+def write_pages(file: Path, *kinds: int) -> Path:
+    """Write a TIFF file with a page for each kind (NewSubfileType): 0 is a picture, 1 a smaller copy, 4 a mask."""
+    with tifffile.TiffWriter(file) as writer:
+        for kind in kinds:
+            pixels = np.full((4, 5), 50, bool if kind == 4 else np.uint8)
+            writer.write(pixels, photometric="minisblack", subfiletype=kind)
+    return file
+
+
+def test_a_stack_is_loaded_with_a_warning(tmp_path: Path) -> None:
+    file = write_pages(tmp_path / "stack.tif", 0, 0, 0)
+    with pytest.warns(UserWarning, match="stack.tif: holds several pictures; the first is read"):
+        assert load(file).shape == (4, 5, 4)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("kinds", [(0,), (0, 1, 1), (0, 4)])
+def test_smaller_copies_and_masks_make_no_stack(tmp_path: Path, kinds: tuple[int, ...]) -> None:
+    assert load(write_pages(tmp_path / "one.tif", *kinds)).shape == (4, 5, 4)

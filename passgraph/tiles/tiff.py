@@ -5,6 +5,7 @@ Unlike OpenImageIO, tifffile reserves space for the tiles of a file, so that the
 
 from __future__ import annotations
 
+import warnings
 from contextlib import ExitStack
 from math import ceil
 from pathlib import Path
@@ -14,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.errors import InputError
-from passgraph.image_files import paste, straight
+from passgraph.image_files import FIRST_OF_SEVERAL, paste, straight
 from passgraph.image_formats import Metadata
 from passgraph.tiles.grid import Convert, Numbers, Part, Source, checked_dtype, checked_shape, imported, pieces, touched
 
@@ -46,6 +47,14 @@ def _channels(page: Any) -> tuple[list[int], bool]:
     return [0, 1, 2, *alphas], bool(alphas) and meanings[alphas[0] - 3] == _ASSOCIATED
 
 
+def _holds_several(tiff: Any) -> bool:
+    """Return True if the second page of a TIFF file is neither a smaller copy of the first nor its mask."""
+    try:
+        return len(tiff.pages) > 1 and not (tiff.pages[1].is_reduced or tiff.pages[1].is_mask)
+    except Exception:  # a damaged page after the first, which is not read
+        return False
+
+
 class TiffSource(Source):
     """The first picture of a TIFF file; read by one thread at a time."""
 
@@ -72,6 +81,8 @@ class TiffSource(Source):
             stored = (page.tilelength, page.tilewidth) if page.is_tiled else (min(page.rowsperstrip, height), width)
             # Any part of uncompressed rows can be read.
             self.block = (1, 1) if self._plain is not None else stored
+            if _holds_several(self._tiff):
+                warnings.warn(f"{self.name}: {FIRST_OF_SEVERAL}", stacklevel=2)
             opened.pop_all()  # stays open until close
 
     def _check(self, page: Any) -> None:

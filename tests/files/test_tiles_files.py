@@ -6,6 +6,7 @@ import os
 import resource
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -411,3 +412,22 @@ def test_a_result_has_the_channels_and_notes_of_its_source(tmp_path: Path, dtype
     hole[501:, 601:] = True
     assert np.array_equal(made[4][..., 3], np.where(hole, 0.0, 1.0))
     assert sorted(path.name for path in tmp_path.iterdir()) == ["3.tif", "4.tif", "a.tif"]
+
+
+@pytest.mark.parametrize(("kinds", "warns"), [((0, 0), True), ((0, 1, 1), False)])
+def test_a_stack_is_read_with_a_warning(kinds: tuple[int, ...], warns: bool, tmp_path: Path) -> None:
+    with tifffile.TiffWriter(tmp_path / "in.tif") as writer:
+        for kind in kinds:
+            writer.write(stored("u1"), photometric="rgb", subfiletype=kind)
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        open_source(tmp_path / "in.tif", "input", 1 << 20).close()
+    words = [str(one.message) for one in told]
+    assert (
+        words
+        == [
+            f"input ({tmp_path / 'in.tif'}): holds several pictures; the first is read. Read the others with "
+            "tifffile, and pass arrays"
+        ]
+        * warns
+    )
