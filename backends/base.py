@@ -16,12 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.steps import FloatBlock as FloatBlock
+from passgraph.backends.steps import convert, transfer_format
 from passgraph.backends.steps import numbers_of as numbers_of
 from passgraph.backends.steps import quantised as quantised
 from passgraph.backends.steps import values_of as values_of
 from passgraph.backends.turn import Turn, turn_of
 from passgraph.errors import BackendError
-from passgraph.formats import Format
+from passgraph.formats import Format, float_format
 from passgraph.graph.draw_state import Geometry
 from passgraph.language.native import Accuracy
 from passgraph.plan.data import DrawStep, PixelStep
@@ -246,8 +247,7 @@ class Backend(ABC):
         Only the array's elements are written, no memory between them.  A backend with device pictures accepts those
         too.
         """
-        values = self.download(storage)
-        np.copyto(into, values if into.dtype == np.float32 else numbers_of(values, format))
+        convert(self.download(storage), float_format(format.channels), into, transfer_format(into, format))
 
     @abstractmethod
     def copy(self, source: Any, destination: Any) -> None:

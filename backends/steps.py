@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.formats import Format
+from passgraph.formats import Format, float_format
 
 FloatBlock = NDArray[np.float32]
 #: Values converted at a time, so that temporaries stay in the processor's cache.
@@ -51,27 +51,58 @@ def values_of(numbers: NDArray[Any], format_: Format) -> FloatBlock:
     if numbers.dtype == np.float32 and not format_.steps:
         return numbers
     values = np.empty(numbers.shape, np.float32)
-    values_into(values, numbers, format_)
+    _values_into(values, numbers, format_)
     return values
 
 
-def values_into(values: NDArray[np.float32], numbers: NDArray[Any], format_: Format) -> None:
-    """Convert stored numbers into a float32 array of the same shape, with any strides.
-
-    >>> values_into(made := np.empty(2, np.float32), np.array([0, 51], np.uint8), Format("r8", 1, 8, 255)); made
-    array([0. , 0.2], dtype=float32)
-    """
+def _values_into(values: NDArray[np.float32], numbers: NDArray[Any], format_: Format) -> None:
+    """Convert stored numbers into a float32 array of the same shape, with any strides."""
     if not format_.steps or numbers.size <= VALUES_CHUNK:
         np.copyto(values, numbers)
         if format_.steps:
             np.divide(values, np.float32(format_.steps), out=values)
         return
     if len(numbers) == 1:
-        values_into(values[0], numbers[0], format_)
+        _values_into(values[0], numbers[0], format_)
         return
     rows = max(1, VALUES_CHUNK * len(numbers) // numbers.size)
     for start in range(0, len(numbers), rows):
-        values_into(values[start : start + rows], numbers[start : start + rows], format_)
+        _values_into(values[start : start + rows], numbers[start : start + rows], format_)
+
+
+def convert(source: NDArray[Any], held: Format, into: NDArray[Any], wanted: Format) -> None:
+    """Copy a picture (height, width, channels) into one of another format. Strides and byte order may be any.
+
+    Alpha that the source lacks is 1; channels that the destination lacks are left out.
+
+    >>> made = np.empty((1, 1, 4), np.float32)
+    >>> convert(np.array([[[0, 51, 255]]], np.uint8), Format("rgb8", 3, 8, 255), made, float_format(4))
+    >>> made
+    array([[[0. , 0.2, 1. , 1. ]]], dtype=float32)
+    """
+    channels = min(held.channels, wanted.channels)
+    source, common = source[..., :channels], into[..., :channels]
+    into[..., channels:] = wanted.steps or 1
+    if held.number == wanted.number:
+        np.copyto(common, source)
+    elif wanted.number == "f4":
+        _values_into(common, source, held)
+    else:
+        np.copyto(common, numbers_of(values_of(source, held), wanted))
+
+
+def converted(source: NDArray[Any], held: Format, wanted: Format) -> NDArray[Any]:
+    """Return a picture in another format; the array itself if its numbers and channels are the same."""
+    if source.dtype == np.dtype(wanted.number) and held.channels == wanted.channels:
+        return source
+    into = np.empty((*source.shape[:2], wanted.channels), wanted.number)
+    convert(source, held, into, wanted)
+    return into
+
+
+def transfer_format(array: NDArray[Any], format_: Format) -> Format:
+    """Return the format of a caller's array for a picture: values as float32, else the picture's own numbers."""
+    return float_format(format_.channels) if array.dtype == np.float32 else format_
 
 
 def quantised(values: NDArray[Any], format_: Format) -> FloatBlock:

@@ -159,3 +159,12 @@ def as_many_channels(one: Format, other: Format) -> bool:
 def float_format(channels: int) -> Format:
     """Return the float32 format with this number of channels."""
     return FORMATS[f"{'rgba'[:channels]}32f"]
+
+
+def padded(format_: Format) -> Format:
+    """Return the format in which devices without formats of three channels store one: with an alpha of 1.
+
+    >>> padded(FORMATS["rgb8_srgb"]).name, padded(FORMATS["rg16"]).name
+    ('rgba8', 'rg16')
+    """
+    return (format_.channels == 3 and colour_format(format_.number, 4)) or format_

@@ -32,7 +32,7 @@ from passgraph.backends.gl.textures import (
     stored_clear,
 )
 from passgraph.errors import BackendError
-from passgraph.formats import Format
+from passgraph.formats import Format, padded
 from passgraph.graph.draw_state import Geometry
 from passgraph.language.native import GLSL as GLSL_ACCURACY
 from passgraph.plan.data import DrawStep, PixelStep
@@ -143,13 +143,13 @@ class GLBackend(DriverBackend):
     def _gl_format(self, format_: Format) -> GLFormat:
         """Return the GL format; three channels stay three if the driver can draw into them, which is optional."""
         if format_ not in self._gl_formats:
-            gl_format = gl_format_of(format_, padded=False)
+            gl_format = gl_format_of(format_)
             if format_.channels == 3:
                 probe = self.new_texture(format_, (1, 1), gl_format)
                 try:
                     self.objects.framebuffer((probe,), None)
                 except BackendError:
-                    gl_format = gl_format_of(format_, padded=True)
+                    gl_format = gl_format_of(padded(format_))
                 self.objects.forget(probe)
             self._gl_formats[format_] = gl_format
         return self._gl_formats[format_]
@@ -293,7 +293,7 @@ class GLBackend(DriverBackend):
 
 
 def gl_format_bytes(gl_format: GLFormat, size: tuple[int, int]) -> int:
-    return int(np.dtype(gl_format.dtype).itemsize * gl_format.channels * size[0] * size[1])
+    return int(gl_format.dtype.itemsize * gl_format.stored.channels * size[0] * size[1])
 
 
 def _number(device: str | None) -> int:

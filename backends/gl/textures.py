@@ -5,7 +5,8 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from functools import cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +17,6 @@ from passgraph.backends.gl.gl_functions import Functions
 from passgraph.backends.steps import quantised
 from passgraph.errors import BackendError
 from passgraph.formats import Format, format_spelling
-
-if TYPE_CHECKING:
-    pass
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,8 +55,8 @@ def placements_of(outputs: Sequence[Texture], images: Sequence[Texture]) -> Plac
     return Placements(tuple([t.placement for t in images]), outputs[0].placement if outputs else PLAIN)
 
 
-#: Channel type (`Format.number`) → OpenGL's type, and internal formats of one to four channels.
 FLOAT_TYPE = 0x1406
+#: Channel type (`Format.number`) → OpenGL's type, and internal formats of one to four channels.
 _SPELLINGS: dict[str, tuple[int, tuple[int, ...]]] = {
     "u1": (0x1401, (0x8229, 0x822B, 0x8051, 0x8058)),
     "u2": (0x1403, (0x822A, 0x822C, 0x8054, 0x805B)),
@@ -67,32 +65,33 @@ _SPELLINGS: dict[str, tuple[int, tuple[int, ...]]] = {
 }
 RGBA = 0x1908
 _EXTERNAL = (0x1903, 0x8227, 0x1907, RGBA)  # red, rg, rgb, rgba
-_DEPTH_COMPONENT, _DEPTH_STENCIL, _FLOAT_AND_STENCIL = 0x1902, 0x84F9, 0x8DAD
-_DEPTH32F, _DEPTH32F_STENCIL8 = 0x8CAC, 0x8CAD
+#: Internal format, and format and type of transfers.
+_DEPTHS = {"depth32f": (0x8CAC, 0x1902, FLOAT_TYPE), "depth32f_stencil8": (0x8CAD, 0x84F9, 0x8DAD)}
 #: One pixel of a depth-stencil picture in OpenGL's transfer format.
 DEPTH_AND_STENCIL = np.dtype([("depth", np.float32), ("stencil", np.uint32)])
 
 
 @dataclass(frozen=True, slots=True)
 class GLFormat:
-    """OpenGL's constants for a storage format: internal format, and format and type of transfers."""
+    """OpenGL's constants for numbers of a format: internal format, and format and type of transfers."""
 
+    stored: Format
     internal: int
     external: int
     type: int
-    dtype: Any
-    channels: int
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        """Return the type of one channel in transfers."""
+        return DEPTH_AND_STENCIL if self.stored.stencil else np.dtype(self.stored.number)
 
 
-def gl_format_of(format_: Format, padded: bool) -> GLFormat:
-    """Return the GL format; ``padded``: three channels stored as four, if a driver cannot draw into three."""
-    if format_.stencil:
-        return GLFormat(_DEPTH32F_STENCIL8, _DEPTH_STENCIL, _FLOAT_AND_STENCIL, DEPTH_AND_STENCIL, 1)
+@cache
+def gl_format_of(format_: Format) -> GLFormat:
     if format_.is_depth:
-        return GLFormat(_DEPTH32F, _DEPTH_COMPONENT, FLOAT_TYPE, np.float32, 1)
-    channels = 4 if padded else format_.channels
+        return GLFormat(format_, *_DEPTHS[format_.name])
     kind, internal = format_spelling(format_, _SPELLINGS, __file__)
-    return GLFormat(internal[channels - 1], _EXTERNAL[channels - 1], kind, np.dtype(format_.number), channels)
+    return GLFormat(format_, internal[format_.channels - 1], _EXTERNAL[format_.channels - 1], kind)
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,16 +129,8 @@ class Texture:
 
     @property
     def padded(self) -> bool:
-        return self.gl_format.channels > self.format.channels
-
-
-def external_of(format_: Format, *, stencil: bool = True) -> tuple[int, int]:
-    """Return OpenGL's transfer format and type: the channels of the format, however it is stored; for a depth-stencil
-    format both parts, or depth only."""
-    if format_.is_depth and not stencil:
-        return _DEPTH_COMPONENT, FLOAT_TYPE
-    gl_format = gl_format_of(format_, padded=False)
-    return gl_format.external, gl_format.type
+        """Return True if three channels are stored as four, as the driver cannot draw into three."""
+        return self.gl_format.stored.channels > self.format.channels
 
 
 def with_stencil(depth: NDArray[np.float32]) -> NDArray[Any]:

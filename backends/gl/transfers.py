@@ -20,17 +20,15 @@ from passgraph.backends.gl import state as fixed
 from passgraph.backends.gl.passes import run_pixels
 from passgraph.backends.gl.state import Rows
 from passgraph.backends.gl.textures import (
-    DEPTH_AND_STENCIL,
     FLOAT_TYPE,
     RGBA,
     Texture,
-    external_of,
     gl_format_of,
     placements_of,
     with_stencil,
 )
-from passgraph.backends.steps import numbers_of, values_into
-from passgraph.formats import Format, float_format
+from passgraph.backends.steps import convert, converted, numbers_of, transfer_format
+from passgraph.formats import FORMATS, Format, float_format
 from passgraph.language.scalar import ScalarProgram
 
 if TYPE_CHECKING:
@@ -121,38 +119,34 @@ def _scratch(backend: GLBackend, texture: Texture) -> Texture:
         if scratch is not None:
             backend.values = None
             backend.objects.forget(scratch)
-        backend.values = scratch = backend.new_texture(format_, texture.size, gl_format_of(format_, padded=False))
+        backend.values = scratch = backend.new_texture(format_, texture.size, gl_format_of(format_))
     return scratch
 
 
 def send(backend: GLBackend, texture: Texture, numbers: NDArray[Any]) -> None:
     """Upload numbers in a texture's format directly; a stencil becomes 0."""
-    given = shaped(numbers, texture)
-    if texture.format.stencil:
-        given = with_stencil(given)
-    gl, (width, height) = backend.context.gl, texture.size
-    padded = texture.padded and gl.has.is_es  # OpenGL ES does not add alpha
-    if padded:
-        given = _with_alpha(given, texture.format)
-    rows = None if given.dtype != _dtype(texture) else rows_of(given)
+    given, gl, (width, height) = shaped(numbers, texture), backend.context.gl, texture.size
+    # OpenGL ES does not add alpha.
+    sent = texture.gl_format if texture.padded and gl.has.is_es else gl_format_of(texture.format)
+    given = with_stencil(given) if sent.stored.stencil else converted(given, texture.format, sent.stored)
+    rows = rows_of(given)
     if rows is None:
-        given, rows = np.ascontiguousarray(given, _dtype(texture)), Rows()
-    external, type_ = (texture.gl_format.external, texture.gl_format.type) if padded else external_of(texture.format)
+        given, rows = np.ascontiguousarray(given), Rows()
     with fixed.transfer(gl, rows):
         gl.BindTexture(g.TEXTURE_2D, texture.name)
-        gl.TexSubImage2D(g.TEXTURE_2D, 0, 0, 0, width, height, external, type_, given.ctypes.data)
+        gl.TexSubImage2D(g.TEXTURE_2D, 0, 0, 0, width, height, sent.external, sent.type, given.ctypes.data)
 
 
 def receive(backend: GLBackend, texture: Texture, into: NDArray[Any]) -> None:
     """Download a texture into an array: as values for float32, else unconverted."""
-    format_ = texture.format
-    destination = shaped(into, texture)
-    if into.dtype == np.float32 and format_.steps:
+    destination, format_ = shaped(into, texture), texture.format
+    wanted = transfer_format(into, format_)
+    if format_.steps and wanted is not format_:
         numbers = np.empty(destination.shape, format_.number)
-        _fetch(backend, texture, numbers, external_of(format_)[1])
-        values_into(destination, numbers, format_)
+        _fetch(backend, texture, numbers, gl_format_of(format_).type)
+        convert(numbers, format_, destination, wanted)
     else:
-        _fetch(backend, texture, destination, FLOAT_TYPE if into.dtype == np.float32 else external_of(format_)[1])
+        _fetch(backend, texture, destination, gl_format_of(wanted).type)
 
 
 def _fetch(backend: GLBackend, texture: Texture, destination: NDArray[Any], type_: int) -> None:
@@ -165,7 +159,8 @@ def _fetch(backend: GLBackend, texture: Texture, destination: NDArray[Any], type
     if backend.context.gl.has.is_es:
         read_pixels(backend, texture, destination, type_, rows)
         return
-    gl, external = backend.context.gl, external_of(texture.format, stencil=False)[0]
+    gl, format_ = backend.context.gl, texture.format
+    external = gl_format_of(FORMATS["depth32f"] if format_.stencil else format_).external
     with fixed.transfer(gl, rows):
         gl.BindTexture(g.TEXTURE_2D, texture.name)
         gl.GetTexImage(g.TEXTURE_2D, 0, external, type_, destination.ctypes.data)
@@ -182,7 +177,7 @@ def read_pixels(backend: GLBackend, texture: Texture, room: NDArray[Any], type_:
     dtype = np.dtype(_READ_AS[type_])
     framebuffer = backend.objects.framebuffer((texture,), None)
     gl.BindFramebuffer(g.FRAMEBUFFER, framebuffer)
-    external = external_of(texture.format)[0]
+    external = gl_format_of(texture.format).external
     offered = gl.integer(_OFFERED_FORMAT), gl.integer(_OFFERED_TYPE)
     straight = room.dtype == dtype and (external == RGBA or offered == (external, type_))
     target = room if straight else np.empty((height, width, 4), dtype)
@@ -191,15 +186,3 @@ def read_pixels(backend: GLBackend, texture: Texture, room: NDArray[Any], type_:
     if not straight:
         np.copyto(room, target[..., : room.shape[2]], casting="same_kind")
     backend.unbind()
-
-
-def _dtype(texture: Texture) -> np.dtype[Any]:
-    """Return the dtype in which one pixel's channels are transferred."""
-    return DEPTH_AND_STENCIL if texture.format.stencil else np.dtype(texture.format.number)
-
-
-def _with_alpha(given: NDArray[Any], format_: Format) -> NDArray[Any]:
-    """Pad three channels to four, with an alpha of 1."""
-    with_alpha = np.full((*given.shape[:2], 4), format_.steps or 1, format_.number)
-    with_alpha[..., :3] = given
-    return with_alpha

@@ -22,6 +22,7 @@ from passgraph.backends.base import (
 )
 from passgraph.backends.numpy.machine.workers import Workers, thread_count
 from passgraph.backends.numpy.storage import MAX_PIXELS, Storage, adopted, new_storage
+from passgraph.backends.steps import transfer_format
 from passgraph.cached import cached_property
 from passgraph.errors import BackendError
 from passgraph.formats import Format, float_format
@@ -90,8 +91,7 @@ class NumpyBackend(Backend):
         return values
 
     def download_into(self, storage: Storage, into: NDArray[Any], format: Format) -> None:
-        values = into.dtype == np.float32
-        self.moves(storage.numbers, format, into, float_format(format.channels) if values else format)
+        self.moves(storage.numbers, format, into, transfer_format(into, format))
 
     def copy(self, source: Storage, destination: Storage) -> None:
         self.moves(source.numbers, source.format, destination.numbers, destination.format)

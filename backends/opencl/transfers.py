@@ -15,7 +15,7 @@ from passgraph.backends.base import FloatBlock
 from passgraph.backends.driver import shaped
 from passgraph.backends.opencl.opencl_c import element, join, load_expression, package_text
 from passgraph.backends.opencl.storage import INT_LIMIT, ImageLayout, Storage
-from passgraph.backends.steps import numbers_of, values_into
+from passgraph.backends.steps import convert, numbers_of, transfer_format
 from passgraph.formats import Format, float_format
 
 if TYPE_CHECKING:
@@ -188,19 +188,16 @@ def send(backend: OpenCLBackend, storage: Storage, numbers: NDArray[Any]) -> Non
 def receive(backend: OpenCLBackend, storage: Storage, into: NDArray[Any]) -> None:
     """Download a storage into an array: as values for float32, else unconverted."""
     format_, destination = storage.format, shaped(into, storage)
+    wanted = transfer_format(into, format_)
     if storage.borrowed is not None and storage.released:
         # The run is over: its results are already in the caller's array.
-        if into.dtype == np.float32:
-            values_into(destination, storage.borrowed, format_)
-        else:
-            np.copyto(destination, storage.borrowed)
-        return
-    if into.dtype != np.float32 or format_.number == "f4":
+        convert(storage.borrowed, format_, destination, wanted)
+    elif wanted.number == format_.number:
         _fetch(backend, storage.buffer, destination, format_.number)
     elif not (_is_converted_here(backend, destination) and _exact(backend, format_)):
         numbers = np.empty(destination.shape, format_.number)
         _fetch(backend, storage.buffer, numbers, format_.number)
-        values_into(destination, numbers, format_)
+        convert(numbers, format_, destination, wanted)
     else:
         _receive_values(backend, storage, destination)
 

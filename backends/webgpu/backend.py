@@ -159,7 +159,7 @@ class WebGPUBackend(DriverBackend):
 
     def steps(self, step: PixelStep | DrawStep) -> tuple[int, ...]:
         """Return, for each image of a step, the number by which the device divides its stored numbers, or 0."""
-        return tuple([self.stored(format_).steps for format_ in step.image_formats])
+        return tuple([self.stored(format_).format.steps for format_ in step.image_formats])
 
     def make(self, format: Format, size: tuple[int, int]) -> Texture:
         self.check_open()

@@ -6,52 +6,37 @@ from dataclasses import dataclass, field
 from itertools import count
 from typing import Any
 
-import numpy as np
+from passgraph.formats import Format, float_format, format_spelling, padded
 
-from passgraph.formats import Format, format_spelling
-
-#: Channel type (`Format.number`) → suffix of WebGPU's name, and of NumPy's dtype.
-_SPELLINGS = {
-    "u1": ("8unorm", "u1"),
-    "u2": ("16unorm", "u2"),
-    "f2": ("16float", "f2"),
-    "f4": ("32float", "f4"),
-}
-#: Three channels are stored as four, since no three-channel format can be drawn into.
-_LETTERS = {1: "r", 2: "rg", 3: "rgba", 4: "rgba"}
+#: Channel type (`Format.number`) → suffix of WebGPU's name.
+_SPELLINGS = {"u1": "8unorm", "u2": "16unorm", "f2": "16float", "f4": "32float"}
 _serials = count(1)
 
 
 @dataclass(frozen=True, slots=True)
 class Stored:
-    """The storage of a format: WebGPU's name, and the type of a channel in memory."""
+    """The storage of a format: WebGPU's name, and the format of the numbers in it."""
 
     name: str
-    dtype: np.dtype[Any]
-    channels: int
-
-    @property
-    def steps(self) -> int:
-        """Return the number by which the device divides what it reads; 0 for floats."""
-        return int(np.iinfo(self.dtype).max) if self.dtype.kind == "u" else 0
+    format: Format
 
 
 def stored_as(format_: Format, has_norm16: bool) -> Stored:
-    """Return the storage of a format; 16-bit normalized formats that a device lacks are stored as float32, which is
-    exact.
+    """Return the storage of a format.
+
+    Three channels are stored as four, since no format of three can be drawn into; 16-bit normalized formats that a
+    device lacks as float32, which is exact.
 
     >>> from passgraph.formats import FORMATS
     >>> stored_as(FORMATS["rgb16"], True).name, stored_as(FORMATS["rg16"], False).name
     ('rgba16unorm', 'rg32float')
     """
     if format_.is_depth:
-        name = "depth32float-stencil8" if format_.stencil else "depth32float"
-        return Stored(name, np.dtype(np.float32), 1)
-    ending, dtype = format_spelling(format_, _SPELLINGS, __file__)
-    if ending == "16unorm" and not has_norm16:
-        ending, dtype = _SPELLINGS["f4"]
-    letters = _LETTERS[format_.channels]
-    return Stored(letters + ending, np.dtype(dtype), len(letters))
+        return Stored("depth32float-stencil8" if format_.stencil else "depth32float", format_)
+    stored = padded(format_)
+    if format_spelling(stored, _SPELLINGS, __file__) == "16unorm" and not has_norm16:
+        stored = float_format(stored.channels)
+    return Stored("rgba"[: stored.channels] + _SPELLINGS[stored.number], stored)
 
 
 @dataclass(eq=False, slots=True)
@@ -76,7 +61,7 @@ class Texture:
 
     @property
     def padded(self) -> bool:
-        return self.stored.channels > self.format.channels
+        return self.stored.format.channels > self.format.channels
 
     @property
     def readable(self) -> Texture:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from passgraph.backends.driver import shaped
 from passgraph.backends.printing import Listing
-from passgraph.backends.steps import numbers_of, values_into, values_of
+from passgraph.backends.steps import convert, converted, transfer_format
 from passgraph.backends.webgpu.textures import Texture
 from passgraph.backends.webgpu.wgsl import FULLSCREEN
 from passgraph.language.source import NOWHERE
@@ -23,30 +23,21 @@ ROW_ALIGNMENT = 256
 
 def send(backend: WebGPUBackend, texture: Texture, numbers: NDArray[Any]) -> None:
     """Upload numbers in a texture's format."""
-    given, stored = texels(texture, numbers), texture.stored
-    (width, height), queue = texture.size, backend.device.queue
+    given, (width, height) = texels(texture, numbers), texture.size
     backend.flush()
-    layout = {"bytes_per_row": width * stored.channels * stored.dtype.itemsize}
-    queue.write_texture({"texture": texture.texture}, given, layout, (width, height, 1))
+    layout = {"bytes_per_row": width * texture.stored.format.bytes_per_pixel}
+    backend.device.queue.write_texture({"texture": texture.texture}, given, layout, (width, height, 1))
 
 
 def texels(texture: Texture, numbers: NDArray[Any]) -> NDArray[Any]:
     """Return numbers of a format as a texture stores them."""
-    given, stored = shaped(numbers, texture), texture.stored
-    if given.dtype.kind != stored.dtype.kind:
-        given = values_of(given, texture.format)
-    if texture.padded:
-        padded = np.full((*given.shape[:2], 4), texture.format.steps if stored.dtype.kind == "u" else 1, stored.dtype)
-        padded[..., :3] = given
-        given = padded
-    return np.ascontiguousarray(given, stored.dtype)
+    return np.ascontiguousarray(converted(shaped(numbers, texture), texture.format, texture.stored.format))
 
 
 def receive(backend: WebGPUBackend, texture: Texture, into: NDArray[Any]) -> None:
     """Download a texture into an array: as values for float32, else unconverted."""
-    room, stored, format_ = shaped(into, texture), texture.stored, texture.format
-    width, height = texture.size
-    pixel = stored.channels * stored.dtype.itemsize
+    room, stored, (width, height) = shaped(into, texture), texture.stored.format, texture.size
+    pixel = stored.bytes_per_pixel
     row = -(-width * pixel // ROW_ALIGNMENT) * ROW_ALIGNMENT
     buffer = backend.staging(row * height)
     source = {"texture": texture.texture}
@@ -55,22 +46,11 @@ def receive(backend: WebGPUBackend, texture: Texture, into: NDArray[Any]) -> Non
     buffer.map_sync("READ", 0, row * height)
     try:
         raw = np.frombuffer(buffer.read_mapped(0, row * height, copy=False), np.uint8).reshape(height, row)
-        numbers = raw[:, : width * pixel].view(stored.dtype).reshape(height, width, stored.channels)
-        _convert(numbers[..., : format_.channels], room, texture)
+        numbers = raw[:, : width * pixel].view(stored.number).reshape(height, width, stored.channels)
+        convert(numbers, stored, room, transfer_format(into, texture.format))
         del raw, numbers
     finally:
         buffer.unmap()
-
-
-def _convert(numbers: NDArray[Any], room: NDArray[Any], texture: Texture) -> None:
-    format_ = texture.format
-    holds_steps = numbers.dtype.kind == "u"
-    if room.dtype == np.float32 and holds_steps:
-        values_into(room, numbers, format_)
-    elif room.dtype != np.float32 and format_.steps and not holds_steps:
-        np.copyto(room, numbers_of(numbers, format_))
-    else:
-        np.copyto(room, numbers)
 
 
 #: Copies values to depth or back, which transfer commands cannot do in all formats.

@@ -307,7 +307,7 @@ def _sized(components: tuple[int, ...], format_: Format, encoded: bool) -> int:
     if encoded:
         return _SRGB_ALPHA8
     if format_.number != "f4" or components[0] == 32:
-        return gl_format_of(format_, padded=False).internal
+        return gl_format_of(format_).internal
     return _SIZED.get(components, _RGBA8)
 
 
@@ -410,7 +410,7 @@ class Copies:
         surface = picture.facts.surface
         return Texture(
             surface.name if surface.kind == "texture" else 0, format_, picture.size,
-            gl_format_of(picture.format, padded=False), picture.placement, picture.region[:2], surface, self.sampler,
+            gl_format_of(picture.format), picture.placement, picture.region[:2], surface, self.sampler,
         )  # fmt: skip
 
     def _encoded(self, picture: HostPicture, decoded: Texture) -> Texture:
@@ -419,7 +419,7 @@ class Copies:
         encoded = curved(format_, True)
         assert encoded is not None  # OpenGL has such a format
         name = self._taken(format_, size, lambda: self.host.new_texture(format_, size).name)
-        own = Texture(name, encoded, size, gl_format_of(format_, padded=False))
+        own = Texture(name, encoded, size, gl_format_of(format_))
         self.move(replace(decoded, format=float_format(format_.channels)), own)
         return replace(own, format=decoded.format)
 
@@ -564,10 +564,10 @@ class Copies:
         facts = picture.facts
         size, origin = (facts.size, picture.region[:2]) if in_place else (picture.size, (0, 0))
         placement = Placement(picture.origin == "bottom", size != picture.size)
-        internal = facts.internal if alike else gl_format_of(picture.format, padded=False).internal
+        internal = facts.internal if alike else gl_format_of(picture.format).internal
         name = self._taken(internal, size, lambda: self._new_texture(internal, size))
         return Texture(
-            name, format_, picture.size, gl_format_of(picture.format, padded=False),
+            name, format_, picture.size, gl_format_of(picture.format),
             PLAIN if placement == PLAIN else placement, origin, Surface("texture", name), self.sampler,
         )  # fmt: skip
 

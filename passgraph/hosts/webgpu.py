@@ -7,7 +7,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
 from passgraph import arguments
@@ -15,22 +14,20 @@ from passgraph.backends.base import READ, DevicePicture, Use
 from passgraph.backends.turn import open_driver
 from passgraph.backends.webgpu import devices
 from passgraph.backends.webgpu.backend import WebGPUBackend
-from passgraph.backends.webgpu.textures import Stored, Texture
+from passgraph.backends.webgpu.textures import Stored, Texture, stored_as
 from passgraph.backends.webgpu.transfers import copy_pass, move_depth
 from passgraph.errors import BackendError, DeviceMissingError, InputError
 from passgraph.formats import FORMATS, Format, as_many_channels, curved
 
-_LETTERS = {"r": 1, "rg": 2, "rgba": 4}
-_ENDINGS = {"8unorm": ("8", "u1"), "16unorm": ("16", "u2"), "16float": ("16f", "f2"), "32float": ("32f", "f4")}
-#: WebGPU's format → ours, and how it is stored.
+#: WebGPU's format → ours with the same numbers.
 _KNOWN = {
-    letters + ending: (FORMATS[letters + short], Stored(letters + ending, np.dtype(number), channels))
-    for letters, channels in _LETTERS.items()
-    for ending, (short, number) in _ENDINGS.items()
+    stored_as(format_, has_norm16=True).name: format_
+    for name, format_ in FORMATS.items()
+    if format_.channels != 3 and not format_.srgb and not format_.is_depth
 }
-_KNOWN["bgra8unorm"] = FORMATS["rgba8"], Stored("bgra8unorm", np.dtype(np.uint8), 4)
+_KNOWN["bgra8unorm"] = FORMATS["rgba8"]
 _DEPTHS = ("depth32float", "depth24plus", "depth16unorm", "depth24plus-stencil8", "depth32float-stencil8")
-_KNOWN |= {name: (FORMATS["depth32f"], Stored(name, np.dtype(np.float32), 1)) for name in _DEPTHS}
+_KNOWN |= dict.fromkeys(_DEPTHS, FORMATS["depth32f"])
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,7 +148,7 @@ class Host(WebGPUBackend):
         name = target.format.removesuffix("-srgb")
         if name not in _KNOWN:
             raise InputError(f"{what} cannot be read by kernels; expected one of {', '.join(_KNOWN)}")
-        format_, stored = _KNOWN[name]
+        format_, stored = _KNOWN[name], Stored(name, _KNOWN[name])
         is_coded = name != target.format
         if is_coded if srgb is None else arguments.flag(srgb, "webgpu.Host.texture: srgb", InputError):
             encoded = curved(format_, True)
@@ -190,7 +187,7 @@ class Host(WebGPUBackend):
         """Return a storage in a host's texture; ``linear``: the device decodes and encodes sRGB."""
         texture, stored = picture.texture, picture.stored
         if linear:
-            stored = Stored(texture.format, stored.dtype, stored.channels)
+            stored = Stored(texture.format, stored.format)
         with self.reported(f"taking a {picture}"):
             aspect = "depth-only" if picture.format.is_depth and "stencil" in stored.name else "all"
             name = None if aspect == "depth-only" else stored.name

@@ -77,8 +77,8 @@ class PlanWriter:
         stored = self.backend.stored(resource.format)
         described = {
             "name": resource.name, "kind": resource.kind, "format": resource.format.name,
-            "channels": resource.format.channels, "texture": stored.name, "texel": stored.dtype.name,
-            "stored": stored.channels, "steps": resource.format.steps, "srgb": resource.format.srgb,
+            "channels": resource.format.channels, "texture": stored.name, "texel": np.dtype(stored.format.number).name,
+            "stored": stored.format.channels, "steps": resource.format.steps, "srgb": resource.format.srgb,
             "size": list(resource.size), "rule": rule, "memory": resource.memory,
         }  # fmt: skip
         if resource.kind == "buffer":
@@ -318,4 +318,4 @@ def _limits(plan: Plan, backend: RecordingBackend) -> dict[str, int]:
 
 
 def _cost(stored: Stored) -> int:
-    return _COSTS.get(stored.name, stored.channels * stored.dtype.itemsize)
+    return _COSTS.get(stored.name, stored.format.bytes_per_pixel)

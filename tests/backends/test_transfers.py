@@ -16,7 +16,7 @@ from passgraph.backends.gl.textures import gl_format_of
 from passgraph.backends.opencl import OpenCLBackend
 from passgraph.backends.steps import numbers_of, values_of
 from passgraph.errors import InputError
-from passgraph.formats import FORMATS
+from passgraph.formats import FORMATS, padded
 from tests.backends.test_uploads import CountedFunctions
 from tests.conftest import require
 from tests.corners import placed
@@ -247,7 +247,7 @@ def test_three_channels_are_stored_as_four_where_a_driver_needs_it(
     values = np.random.default_rng(6).random((SIZE[1], SIZE[0] + 1, 3), np.float32)[:, 1:]
     held = numbers_of(values, format_)
     with GLBackend() as backend:
-        backend._gl_formats[format_] = gl_format_of(format_, padded=True)
+        backend._gl_formats[format_] = gl_format_of(padded(format_))
         storage = backend.make(format_, SIZE)
         sends = (
             lambda: backend.upload(storage, values),

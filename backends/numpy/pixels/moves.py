@@ -18,7 +18,7 @@ from passgraph.backends.numpy.machine.workers import Workers, rest_of_page
 from passgraph.backends.numpy.pixels.chains import Stage
 from passgraph.backends.numpy.pixels.runner import PixelRun
 from passgraph.backends.numpy.storage import adopted
-from passgraph.backends.steps import numbers_of, values_of
+from passgraph.backends.steps import convert
 from passgraph.formats import Format
 from passgraph.language import scalar as s
 from passgraph.plan.window import Halo
@@ -77,10 +77,7 @@ class Moves:
             if read is not None and written is not None:
                 self._run(read.size, source_format, to_format, is_reversed)((written,), ((read,),), (_NOTHING,))
                 return
-        np.copyto(
-            target,
-            source if from_format.number == to_format.number else numbers_of(values_of(source, from_format), to_format),
-        )
+        convert(source, from_format, target, to_format)
 
 
 def _with_gaps(array: NDArray[Any]) -> NDArray[Any]:
