@@ -6,6 +6,7 @@ Sources: OpenGL Shading Language 1.10, 1.20, 1.30, 1.40, 1.50, 3.30, 4.00 to 4.6
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -56,6 +57,7 @@ class Dialect:
 
     version: int = 0
     es: bool = False
+    extensions: frozenset[str] = frozenset()
 
     @property
     def name(self) -> str:
@@ -77,9 +79,69 @@ class Dialect:
         """Return True if the value of a local ``const`` must be constant, too."""
         return 0 < self.version < 420 or self.es
 
+    @property
+    def has_arrays_of_arrays(self) -> bool:
+        return self._since(430, 310) or "GL_ARB_arrays_of_arrays" in self.extensions
+
+    @property
+    def has_braces(self) -> bool:
+        """Return True if lists in braces may stand behind a declaration."""
+        return self._since(420, None) or "GL_ARB_shading_language_420pack" in self.extensions
+
+    @property
+    def has_long_results(self) -> bool:
+        """Return True if functions may return arrays, also those in structs."""
+        return not self.es or self.version > 100
+
+    @property
+    def declares_once(self) -> bool:
+        """Return True if a function has one prototype at most (ES 1.00, section 4.2.6)."""
+        return self.es and self.version == 100
+
+    @property
+    def suffixes_whole_numbers(self) -> bool:
+        """Return True if ``1f`` is a number, as drivers of desktop GLSL have it."""
+        return not self.es
+
+    def _since(self, desktop: int, es: int | None) -> bool:
+        """Return True in text without a version, and from a version on; None for never."""
+        first = es if self.es else desktop
+        return self.version == 0 or (first is not None and self.version >= first)
+
+    def owns_function(self, name: str, types: Sequence[str]) -> bool:
+        """Return True if a text may not declare a function of a built-in one's name, with parameters of these types.
+
+        GLSL ES 1.00 allows other types than the built-in functions take (section 8), ES 3.00 none (section 6.1).
+        """
+        if not self.es:
+            return False
+        if self.version >= 300:
+            return name in _FUNCTIONS | _NEWER_FUNCTIONS
+        return name in _FUNCTIONS | _OLDER_FUNCTIONS and all(one.startswith(_OF_FUNCTIONS) for one in types)
+
     def lacks(self, operator: str) -> bool:
         """Return True if an operator is reserved."""
         return operator in _INTEGER_OPERATORS and self.version in (100, 110, 120)
+
+
+#: Types of parameters of the functions of ES 1.00.
+_OF_FUNCTIONS = ("float", "vec", "mat", "sampler")
+#: Built-in functions of GLSL ES 1.00 and 3.00 (section 8 of each); of 1.00 alone; of 3.00 alone.
+_FUNCTIONS = frozenset(
+    ["radians", "degrees", "sin", "cos", "tan", "asin", "acos", "atan", "pow", "exp", "log", "exp2", "log2", "sqrt",
+     "inversesqrt", "abs", "sign", "floor", "ceil", "fract", "mod", "min", "max", "clamp", "mix", "step", "smoothstep",
+     "length", "distance", "dot", "cross", "normalize", "faceforward", "reflect", "refract", "matrixCompMult",
+     "lessThan", "lessThanEqual", "greaterThan", "greaterThanEqual", "equal", "notEqual", "any", "all", "not"]
+)  # fmt: skip
+_OLDER_FUNCTIONS = frozenset(["texture2D", "texture2DProj", "texture2DLod", "texture2DProjLod", "textureCube"])
+_NEWER_FUNCTIONS = frozenset(
+    ["sinh", "cosh", "tanh", "asinh", "acosh", "atanh", "trunc", "round", "roundEven", "modf", "isnan", "isinf",
+     "floatBitsToInt", "floatBitsToUint", "intBitsToFloat", "uintBitsToFloat", "packSnorm2x16", "unpackSnorm2x16",
+     "packUnorm2x16", "unpackUnorm2x16", "packHalf2x16", "unpackHalf2x16", "outerProduct", "transpose", "determinant",
+     "inverse", "textureSize", "texture", "textureProj", "textureLod", "textureOffset", "texelFetch",
+     "texelFetchOffset", "textureProjOffset", "textureLodOffset", "textureProjLod", "textureProjLodOffset",
+     "textureGrad", "textureGradOffset", "textureProjGrad", "textureProjGradOffset", "dFdx", "dFdy", "fwidth"]
+)  # fmt: skip
 
 
 @lru_cache(maxsize=32)
@@ -101,9 +163,12 @@ def _reserved(version: int, es: bool) -> frozenset[str]:
     return frozenset(words)
 
 
-#: Built-in variables that a text may declare again, with qualifiers.
-REDECLARED = frozenset(
-    ["gl_FragCoord", "gl_FragDepth", "gl_TexCoord", "gl_ClipDistance", "gl_CullDistance", "gl_Color",
-     "gl_SecondaryColor", "gl_FragData", "gl_FragColor", "gl_LastFragData", "gl_SampleMask", "gl_PerVertex",
-     "gl_Position", "gl_PointSize"]
-)  # fmt: skip
+_INPUT, _OUTPUT = frozenset(["in", "varying"]), frozenset(["out"])
+#: Built-in variables that a text may declare again: their types, and the qualifiers of which they have one.
+REDECLARED = {
+    "gl_FragCoord": ("vec4", _INPUT), "gl_TexCoord": ("vec4", _INPUT), "gl_Color": ("vec4", _INPUT),
+    "gl_SecondaryColor": ("vec4", _INPUT), "gl_ClipDistance": ("float", _INPUT), "gl_CullDistance": ("float", _INPUT),
+    "gl_FragDepth": ("float", _OUTPUT), "gl_FragData": ("vec4", _OUTPUT), "gl_FragColor": ("vec4", _OUTPUT),
+    "gl_SampleMask": ("int", _OUTPUT), "gl_Position": ("vec4", _OUTPUT), "gl_PointSize": ("float", _OUTPUT),
+    "gl_LastFragData": ("vec4", frozenset(["inout", "in", "mediump", "highp"])),
+}  # fmt: skip

@@ -273,6 +273,8 @@ class ExpressionParser:
             if text.endswith("u"):
                 return self.node(g.Number, token.span, "uint", value)
             return self.node(g.Number, token.span, "int", int_of_bits(value))
+        if text.rstrip("f").isdigit() and self.dialect is not None and not self.dialect.suffixes_whole_numbers:
+            fail(token.span, f"{token.text} is no number of {self.dialect.name}; write {text.rstrip('f')}.0")
         with np.errstate(over="ignore"):
             single = float(np.float32(text.rstrip("lf")))
         if math.isinf(single):

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Literal
 
 from passgraph.glsl import syntax as g
+from passgraph.glsl.dialect import REDECLARED
 from passgraph.glsl.elsewhere import elsewhere, mending
 from passgraph.glsl.expression_parser import ExpressionParser
 from passgraph.glsl.tokens import Token
@@ -21,6 +22,14 @@ _NEWER = frozenset(
 )  # fmt: skip
 
 
+_INTERPOLATED = frozenset(["centroid", "smooth", "flat", "noperspective"])
+#: What layout(…) may say in a fragment shader, here or on some driver (GLSL 4.60, section 4.4).
+_LAYOUTS = frozenset(
+    ["location", "index", "component", "binding", "set", "offset", "align", "std140", "std430", "shared", "packed",
+     "scalar", "row_major", "column_major", "push_constant", "constant_id", "input_attachment_index",
+     "origin_upper_left", "pixel_center_integer", "early_fragment_tests", "depth_any", "depth_greater", "depth_less",
+     "depth_unchanged", "bindless_sampler", "bound_sampler", "xfb_buffer", "xfb_offset", "xfb_stride"]
+)  # fmt: skip
 #: Qualifiers of declarations outside of functions, which a variable inside of one cannot have.
 _OUTER = frozenset(["uniform", "varying", "attribute", "buffer", "shared"])
 _PASSED = frozenset(["in", "out", "inout"])
@@ -102,7 +111,10 @@ class Parser(ExpressionParser):
         while not self.skip(")"):
             if not self.at("shared"):  # a layout of blocks, besides a qualifier of compute shaders
                 self._check_stage()
-            name = self.name("the name of a layout").text
+            word = self.name("the name of a layout")
+            name = word.text
+            if self.dialect is not None and name not in _LAYOUTS and not name.startswith("blend_support_"):
+                fail(word.span, f"there is no layout {name!r}{mending(name, _LAYOUTS) or '; leave it out'}")
             numbers[name] = 0
             if self.skip("="):
                 value = self.take()
@@ -124,14 +136,20 @@ class Parser(ExpressionParser):
         if self.at("struct"):
             struct = self._struct()
             structs.append(struct)
-            return g.TypeName(struct.span, struct.name, self.lengths())
+            return self._array(struct.span, struct.name, self.lengths())
         if not self.is_type(self.here.text):
             self._check_stage()
             if mending(self.here.text, self._types()):
                 self.no_type(self.here)
             self.unexpected("a type")
         token = self.take()
-        return g.TypeName(token.span, token.text, self.lengths())
+        return self._array(token.span, token.text, self.lengths())
+
+    def _array(self, span: Span, name: str, lengths: tuple[g.Expr | None, ...]) -> g.TypeName:
+        """Return a type; raise KernelError for an array of arrays in a version without them."""
+        if len(lengths) > 1 and self.dialect is not None and not self.dialect.has_arrays_of_arrays:
+            fail(span, f"{self.dialect.name} has no arrays of arrays; begin with a newer #version")
+        return g.TypeName(span, name, lengths)
 
     def _struct(self) -> g.Struct:
         span = self.take().span
@@ -139,18 +157,20 @@ class Parser(ExpressionParser):
             span, name = self.here.span, self.declared_name("the name of a struct").text
         else:
             name = f"struct {self.position}"
-        fields = self._fields(_OUTER | _PASSED | {"const", "centroid", "smooth", "flat", "noperspective"})
+        fields = self._fields(_OUTER | _PASSED | _INTERPOLATED | {"const"}, "a field of a struct")
+        if not fields:
+            fail(span, f"struct {name} has no fields; give it one")
         self.scopes[-1][name] = True
         return g.Struct(span, name, fields)
 
-    def _fields(self, forbidden: frozenset[str] = frozenset()) -> tuple[g.Variable, ...]:
+    def _fields(self, forbidden: frozenset[str], what: str) -> tuple[g.Variable, ...]:
         self.expect("{")
         self.scopes.append({})  # names of fields hide no struct
         fields: list[g.Variable] = []
         while not self.skip("}"):
             start = self.here.span
             qualifiers, layout = self._qualifiers()
-            self._check_qualifiers(start, qualifiers, forbidden, "a field of a struct")
+            self._check_qualifiers(start, qualifiers, forbidden, what)
             inner: list[g.Outer] = []
             type_ = self._type(inner)
             if inner:
@@ -161,9 +181,14 @@ class Parser(ExpressionParser):
 
     def _interface(self, start: Span, qualifiers: frozenset[str]) -> g.Interface:
         name = self.declared_name("the name of a block").text
-        fields = self._fields()
+        of_uniforms = bool(qualifiers & {"uniform", "buffer"})
+        forbidden = _PASSED | _INTERPOLATED | {"const", "invariant"} if of_uniforms else frozenset[str]()
+        self._check_qualifiers(start, qualifiers, forbidden, "a block of uniforms")
+        fields = self._fields(forbidden, "a member of a block of uniforms")
         instance = self.declared_name("the name of a block").text if self.here.kind == "name" else ""
         lengths = self.lengths() if instance else ()
+        if len(lengths) > 1 and self.dialect is not None and self.dialect.es:
+            fail(start, f"{self.dialect.name} has no arrays of arrays of blocks, got {name}{'[]' * len(lengths)}")
         self.expect(";")
         return g.Interface(start, qualifiers, name, fields, instance, lengths)
 
@@ -198,7 +223,7 @@ class Parser(ExpressionParser):
         lengths = self.lengths()
         is_named = self.here.kind == "name"
         name = self.declared_name("the name of a parameter") if is_named else Token("name", "", token.span)
-        type_ = g.TypeName(token.span, token.text, (*self.lengths(), *lengths))
+        type_ = self._array(token.span, token.text, (*self.lengths(), *lengths))
         passed: Literal["in", "out", "inout"] = "in"
         if "inout" in qualifiers or {"in", "out"} <= qualifiers:
             passed = "inout"
@@ -264,7 +289,8 @@ class Parser(ExpressionParser):
         variables: list[g.Variable] = []
         while True:
             name = self.declared_name("the name of a variable")
-            own = g.TypeName(type_.span, type_.name, (*self.lengths(), *type_.lengths))
+            own = self._array(type_.span, type_.name, (*self.lengths(), *type_.lengths))
+            self._check_built_in(name, own, qualifiers)
             value = self._initial() if self.skip("=") else None
             variables.append(g.Variable(name.span, name.text, own, value))
             self.scopes[-1][name.text] = False  # from here on, so that S S = S(1.0) calls the constructor
@@ -273,9 +299,21 @@ class Parser(ExpressionParser):
         self.expect(";")
         return g.Declaration(start, qualifiers, tuple(variables), layout)
 
+    def _check_built_in(self, name: Token, type_: g.TypeName, qualifiers: frozenset[str]) -> None:
+        """Raise KernelError for a built-in variable that is declared again as something else."""
+        if self.dialect is None or name.text not in REDECLARED:
+            return
+        expected, needed = REDECLARED[name.text]
+        if type_.name != expected or not qualifiers & needed:
+            got = " ".join([*sorted(qualifiers), type_.name])
+            what = f"{name.text} is built in as {' or '.join(sorted(needed))} {expected}"
+            fail(name.span, f"{what}, got {got}; declare it so, or not at all")
+
     def _initial(self) -> g.Expr:
         if not self.at("{"):
             return self.assignment()
+        if self.dialect is not None and not self.dialect.has_braces:
+            fail(self.here.span, f"{self.dialect.name} has no lists in braces; write the array's constructor")
         self.enter()
         span = self.take().span
         parts: list[g.Expr] = []
@@ -331,6 +369,10 @@ class Parser(ExpressionParser):
                     fail(span, f"{kind} belongs inside a loop")
                 self.expect(";")
                 return g.Jump(span, kind)
+        if (self.at("case") and self.ahead().kind in ("name", "number")) or (
+            self.at("default") and self.ahead().text == ":"
+        ):
+            fail(span, f"a label stands in the block of a switch, got {self.here.text}; move it there")
         value = self.expression()
         self.expect(";")
         return g.Evaluate(span, value)
@@ -404,6 +446,8 @@ class Parser(ExpressionParser):
                 if self.here.kind == "end":
                     fail(span, "the brace of this switch is not closed")
                 statements += self._statements()
+            if self.dialect is not None and self.at("}") and self.tokens[self.position - 1].text == ":":
+                fail(label, "a switch ends with a statement, got a label; write break; behind it")
             cases.append(g.Case(label, case_label, tuple(statements)))
         self.switches -= 1
         self.scopes.pop()

@@ -6,6 +6,7 @@ import posixpath
 import re
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 
 from passgraph.errors import KernelError
@@ -78,6 +79,7 @@ class Preprocessor:
         self._files: list[str] = []
         self._once: set[str] = set()
         self._guards: dict[str, str] = {}  # files that are nothing but #ifndef NAME … #endif, with the names
+        self._has_macros = False  # True if the shader's text defines one
         self._own_tokens = 0  # of the shader's text, active lines
         self._own: dict[str, tuple[Macro, Span]] = {}  # macros of the shader's text, with where they are defined
         self._count = self._includes = 0
@@ -116,6 +118,7 @@ class Preprocessor:
                 yield from self._directive(line)
             elif not self._conditions or self._conditions[-1].active:
                 self._own_tokens += 0 if file in self.around else len(line)
+                _check_numbers(line)
                 yield from line
         if len(self._conditions) > within:
             fail(self._conditions[-1].span, "this condition has no #endif")
@@ -130,6 +133,7 @@ class Preprocessor:
             return
         elif name == "define":
             self._define(rest, span)
+            self._has_macros = self._has_macros or not self._is_around(span)
         elif name == "undef":
             self._undefine(rest, span)
         elif name == "include":
@@ -191,14 +195,14 @@ class Preprocessor:
         if not rest or not rest[0].text.isdigit() or len(rest[0].text) > 4:
             fail(span, "#version takes a number, such as #version 330")
         version, profile = int(rest[0].text), [token.text for token in rest[1:]]
-        is_es = version in _ES_VERSIONS and profile == (["es"] if version > 100 else profile)
+        is_es = version in _ES_VERSIONS and profile == (["es"] if version > 100 else [])
         if not is_es and (version not in _VERSIONS or profile not in ([], ["core"], ["compatibility"])):
             said = " ".join(token.text for token in rest)
             fail(
                 span,
                 f"there is no GLSL {said}; versions are {', '.join(map(str, _VERSIONS))}, 100, 300 es, 310 es, 320 es",
             )
-        if self._own_tokens and span.file not in self.around:
+        if (self._own_tokens or self._has_macros) and span.file not in self.around:
             fail(span, "#version stands before everything else in a shader; move it to the top")
         self.version, self.es = version, is_es
         self.define("__VERSION__", str(self.version))
@@ -328,6 +332,13 @@ class Preprocessor:
                 return file.read(self._room + 1)
         except OSError as error:
             raise KernelError(span.point_at(f"cannot read {name!r}: {error.strerror}")) from None
+
+
+def _check_numbers(line: list[Token]) -> None:
+    """Raise KernelError for a word that begins with a number: it is one token, which no macro splits (ES 3.00, 3.1)."""
+    for token, following in pairwise(line):
+        if token.kind == "number" and following.kind == "name" and not following.spaced:
+            fail(token.span, f"{token.text}{following.text} is no number and no name; put a space or a sign between")
 
 
 def _guard(text: str, file: str) -> str | None:

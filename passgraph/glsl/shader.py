@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any, cast
 from passgraph.errors import KernelError
 from passgraph.glsl import syntax as g
 from passgraph.glsl.builtins import overloads
-from passgraph.glsl.constant_rules import check_names
-from passgraph.glsl.declaration_rules import Signature, check_declared_once, signature_of
+from passgraph.glsl.declaration_rules import Signature, check_declarations, signature_of
 from passgraph.glsl.dialect import Dialect
 from passgraph.glsl.glsl_body import Body
 from passgraph.glsl.glsl_parser import Parser
+from passgraph.glsl.name_rules import check_names
 from passgraph.glsl.operators import fitted, type_of_part
 from passgraph.glsl.preprocess import preprocessed
 from passgraph.glsl.stage_values import DEPTH_RANGE, STAGE, TEXTURE_COORDINATES, fragment, position, texture_coordinates
@@ -90,6 +90,9 @@ def declare_interface(body: Body, node: g.Interface, names: Counter[str]) -> Non
     """
     if not node.qualifiers & {"uniform", "buffer"}:
         fail(node.span, "blocks hold uniforms here")
+    for v in node.fields:
+        if holds_pictures(body.type_of(v.type, v.type.span)):
+            fail(v.span, f"a block of uniforms cannot hold a sampler, got {v.name}; declare it outside")
     if not node.instance:
         for v in node.fields:
             _declare(body, Uniform(v.name, body.type_of(v.type, v.type.span), v.span))
@@ -293,7 +296,7 @@ def parse_shader(source: ShaderText, folder: Path | None = None, levels: frozens
         tokens, reader = preprocessed(pieces, source.defines, folder, source.included, around)
         for token in [t for t in tokens if t.text in ("lowp", "mediump")][:1]:
             unit.note(token.span, f"{token.text} has 32 bits here, and fewer on some devices")
-        unit.dialect = Dialect(reader.version, reader.es)
+        unit.dialect = Dialect(reader.version, reader.es, frozenset(reader.extensions))
         unit.tree = tuple(Parser(tokens, file, unit.dialect).shader())
         program, uniforms = _program(unit.tree, unit, source)
     except RecursionError:
@@ -317,7 +320,7 @@ def _expression(text: str, file: str) -> g.Expr:
 
 def _program(tree: tuple[g.Outer, ...], unit: Unit, source: ShaderText) -> tuple[ir.TypedKernel, tuple[Uniform, ...]]:
     """Return the typed kernel, and its parameters with their declarations."""
-    check_declared_once(tree, unit.around)
+    check_declarations(tree, unit.around, unit.dialect)
     name, entry = source.name, source.entry
     body = Body(unit, name)
     unit.builder.calls.append(tree)  # the declarations outside of functions are the outermost call

@@ -62,6 +62,14 @@ def _inner(node: g.Statement) -> tuple[g.Statement, ...]:
     return sum((case.statements for case in node.cases), ()) if isinstance(node, g.Switch) else ()
 
 
+def assigned_name(node: g.Assignment | g.Step) -> str:
+    """Return the name of the variable that is assigned to, as a whole or in part; empty if it is none."""
+    target = node.target
+    while isinstance(target, (g.Member, g.Subscript)):
+        target = target.base
+    return target.name if isinstance(target, g.Name) else ""
+
+
 #: A name and a component of it; None for all.
 NamePart: TypeAlias = tuple[str, int | None]
 _LETTERS = {letter: i for letters in ("xyzw", "rgba", "stpq") for i, letter in enumerate(letters)}

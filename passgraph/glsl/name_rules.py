@@ -1,6 +1,7 @@
-"""Rules of names and of constant expressions. They hold in code that never runs, too.
+"""Rules of names, of constant expressions, and of outputs. They hold in code that never runs, too.
 
-Sources: GLSL 3.30 and ES 3.00, sections 4.2.2 "Scoping", 4.3.2 "Constant Qualifier" and 4.3.3 "Constant Expressions".
+Sources: GLSL 3.30 and ES 3.00, sections 4.2.2 "Scoping", 4.3.2 "Constant Qualifier", 4.3.3 "Constant Expressions" and
+7.2 "Fragment Shader Special Variables".
 GLSL 4.20 and later let the value of a local constant depend on anything (4.20, section 4.3.2).
 """
 
@@ -15,18 +16,22 @@ from passgraph.glsl.elsewhere import elsewhere, mending
 from passgraph.glsl.image_functions import DERIVATIVES, READS
 from passgraph.glsl.stage_values import LIMITS, STAGE
 from passgraph.glsl.unit import Unit
-from passgraph.glsl.walk import walked
-from passgraph.language.source import fail
+from passgraph.glsl.walk import assigned_name, walked
+from passgraph.language.source import Span, fail
 
 
 def check_names(tree: Iterable[g.Outer], unit: Unit) -> None:
-    """Raise KernelError for names without a declaration, and for values that must be constant and are not.
+    """Raise KernelError for names without a declaration, for values that must be constant and are not, and for outputs
+    of two kinds.
 
     The container's own text is not checked.
     """
     names = _Names(unit)
     for node in tree:
         names.outer(node)
+    if len(names.written) > 1:
+        kinds = sorted(names.written)
+        fail(names.written[kinds[1]], f"a shader writes one kind of outputs, got {' and '.join(kinds)}; leave out one")
 
 
 class _Names:
@@ -36,6 +41,8 @@ class _Names:
         self.unit, self.dialect = unit, unit.dialect
         self.scopes: list[dict[str, bool]] = [dict.fromkeys(LIMITS, True)]
         self.is_own = True  # False in the container's text
+        self.outputs: set[str] = set()  # that the shader declares
+        self.written: dict[str, Span] = {}  # kinds of outputs, with where they are assigned to
 
     def outer(self, node: g.Outer) -> None:
         """Check a declaration outside of functions."""
@@ -114,6 +121,8 @@ class _Names:
             elif is_global and self.dialect.es and "uniform" not in node.qualifiers:
                 self._constant(variable.value, f"the value of {variable.name} outside of functions")
             self.scopes[-1][variable.name] = is_constant
+            if is_global and "out" in node.qualifiers and not variable.name.startswith("gl_"):
+                self.outputs.add(variable.name)
 
     # Expressions
 
@@ -127,9 +136,19 @@ class _Names:
         if not self.is_own:
             return
         for one in walked(node):
-            if isinstance(one, g.Name) and not self._is_known(one.name):
+            if isinstance(one, (g.Assignment, g.Step)):
+                self._writes(assigned_name(one), one.span)
+            elif isinstance(one, g.Name) and not self._is_known(one.name):
                 near = mending(one.name, (*chain(*self.scopes), *self.unit.values, *STAGE))
                 fail(one.span, f"{one.name!r} is not defined here{near or '; declare it before'}")
+
+    def _writes(self, name: str, span: Span) -> None:
+        """Take down an output that is assigned to."""
+        if not any(name in scope for scope in self.scopes[1:]):
+            if name in ("gl_FragColor", "gl_FragData"):
+                self.written.setdefault(name, span)
+            elif name in self.outputs:
+                self.written.setdefault("outputs of its own", span)
 
     def _is_known(self, name: str) -> bool:
         is_declared = any(name in scope for scope in self.scopes)
