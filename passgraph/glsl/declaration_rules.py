@@ -9,7 +9,7 @@ from collections.abc import Collection, Iterable, Iterator
 from typing import TypeAlias
 
 from passgraph.glsl import syntax as g
-from passgraph.glsl.dialect import Dialect
+from passgraph.glsl.dialect import REDECLARED, Dialect
 from passgraph.glsl.unit import SQUARE
 from passgraph.glsl.walk import is_open
 from passgraph.language.source import Span, fail, place_in
@@ -33,7 +33,9 @@ def check_declarations(tree: Iterable[g.Outer], around: Collection[str], dialect
             _check_function(node, functions, dialect)
             if not dialect.has_long_results and (node.result.lengths or node.result.name in long):
                 fail(node.result.span, f"{dialect.name} has no functions that return arrays, also in structs")
-        elif not isinstance(node, g.Declaration):
+        elif isinstance(node, g.Declaration):
+            _check_built_in(node)
+        else:
             _check_apart(node.fields)
         for name, span, what in _named(node):
             declaration = what, span  # tokens of a macro may have the same position
@@ -94,6 +96,16 @@ def _check_prototype(function: g.Function, before: g.Function, dialect: Dialect)
             fail(one.span, f"{function.name} takes this as {expected} already{place}, got {got}; write both alike")
     if function is not before and function.body is None and before.body is None and dialect.declares_once:
         fail(function.span, f"{function.name} is declared already{place}; {dialect.name} has one declaration of each")
+
+
+def _check_built_in(node: g.Declaration) -> None:
+    """Raise KernelError for a built-in variable that is declared again as something else (section 7)."""
+    for one in node.variables:
+        type_, qualifiers = REDECLARED.get(one.name, ("", frozenset[str]()))
+        if type_ and (one.type.name != type_ or not node.qualifiers & qualifiers):
+            got = " ".join([*sorted(node.qualifiers), one.type.name])
+            what = f"{one.name} is built in as {' or '.join(sorted(qualifiers))} {type_}"
+            fail(one.span, f"{what}, got {got}; declare it so, or not at all")
 
 
 def _check_conventions(own: Iterable[g.Outer]) -> None:

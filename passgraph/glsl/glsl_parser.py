@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from typing import Literal
 
 from passgraph.glsl import syntax as g
-from passgraph.glsl.dialect import REDECLARED
 from passgraph.glsl.elsewhere import elsewhere, mending
 from passgraph.glsl.expression_parser import ExpressionParser
 from passgraph.glsl.tokens import Token
@@ -30,6 +30,8 @@ _LAYOUTS = frozenset(
      "origin_upper_left", "pixel_center_integer", "early_fragment_tests", "depth_any", "depth_greater", "depth_less",
      "depth_unchanged", "bindless_sampler", "bound_sampler", "xfb_buffer", "xfb_offset", "xfb_stride"]
 )  # fmt: skip
+#: Formats of images, and equations of advanced blending.
+_FORMATS = re.compile(r"r(g(ba)?)?(8|16|32|64)\w*|r11f_g11f_b10f|rgb10_a2(ui)?|blend_support_\w+")
 #: Qualifiers of declarations outside of functions, which a variable inside of one cannot have.
 _OUTER = frozenset(["uniform", "varying", "attribute", "buffer", "shared"])
 _PASSED = frozenset(["in", "out", "inout"])
@@ -113,7 +115,7 @@ class Parser(ExpressionParser):
                 self._check_stage()
             word = self.name("the name of a layout")
             name = word.text
-            if self.dialect is not None and name not in _LAYOUTS and not name.startswith("blend_support_"):
+            if self.dialect is not None and name not in _LAYOUTS and not _FORMATS.fullmatch(name):
                 fail(word.span, f"there is no layout {name!r}{mending(name, _LAYOUTS) or '; leave it out'}")
             numbers[name] = 0
             if self.skip("="):
@@ -290,7 +292,6 @@ class Parser(ExpressionParser):
         while True:
             name = self.declared_name("the name of a variable")
             own = self._array(type_.span, type_.name, (*self.lengths(), *type_.lengths))
-            self._check_built_in(name, own, qualifiers)
             value = self._initial() if self.skip("=") else None
             variables.append(g.Variable(name.span, name.text, own, value))
             self.scopes[-1][name.text] = False  # from here on, so that S S = S(1.0) calls the constructor
@@ -298,16 +299,6 @@ class Parser(ExpressionParser):
                 break
         self.expect(";")
         return g.Declaration(start, qualifiers, tuple(variables), layout)
-
-    def _check_built_in(self, name: Token, type_: g.TypeName, qualifiers: frozenset[str]) -> None:
-        """Raise KernelError for a built-in variable that is declared again as something else."""
-        if self.dialect is None or name.text not in REDECLARED:
-            return
-        expected, needed = REDECLARED[name.text]
-        if type_.name != expected or not qualifiers & needed:
-            got = " ".join([*sorted(qualifiers), type_.name])
-            what = f"{name.text} is built in as {' or '.join(sorted(needed))} {expected}"
-            fail(name.span, f"{what}, got {got}; declare it so, or not at all")
 
     def _initial(self) -> g.Expr:
         if not self.at("{"):
