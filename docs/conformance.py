@@ -143,8 +143,8 @@ def mutant_text(rows: list[dict[str, Any]]) -> str:
     harmless = Counter(_part(row) for row in current if row["harmless"])
     lines = [
         f"{len(current)} mistakes (operations, rounding, borders, coverage rules, draw states, uploads, schedule)",
-        "were planted, one at a time, and the suite was run on each: `python -m tests.mutation.run --json",
-        "docs/mutants.json`. Harmless ones change nothing that must be kept, and say why in `tests/mutation`.",
+        "were planted, one at a time, one in each module that the suite runs through: `python -m tests.mutation.run",
+        "--json docs/mutants.json`. `python -m tests.mutation.sample backends/gl --conform gl` plants random ones.",
         "", "| part | mistakes | caught | harmless by design |", "|---|--:|--:|--:|",
     ]  # fmt: skip
     lines += [f"| {part} | {planted[part]} | {caught[part]} | {harmless[part]} |" for part in PARTS]

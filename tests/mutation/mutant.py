@@ -118,15 +118,21 @@ class Tree:
     def judge(self, mutant: Mutant, accepted: list[str], *, everything: bool) -> Fate:
         """Run the cases that should catch it, then, with ``everything``, all others, until one does."""
         file = mutant.place.file
+        if (self.folder / "tree" / file).read_text(encoding="utf-8") != mutant.source:
+            raise ValueError(f"{file} changed while mistakes were tried; start again")
+        return self.judge_text(file, mutant.planted, mutant.backend, mutant.catchers, accepted, everything=everything)
+
+    def judge_text(
+        self, file: str, text: str, backend: str, first: tuple[str, ...], accepted: list[str], *, everything: bool
+    ) -> Fate:
+        """Run the cases on a tree in which a file has another text."""
         path = self.folder / "tree" / file
         kept, times = path.read_text(encoding="utf-8"), path.stat()
-        if kept != mutant.source:
-            raise ValueError(f"{file} changed while mistakes were tried; start again")
-        path.write_text(mutant.planted, encoding="utf-8")
+        path.write_text(text, encoding="utf-8")
         try:
-            fresh = mutant.backend == "numpy" and not file.endswith(WRITES_TEXT)
+            fresh = backend == "numpy" and not file.endswith(WRITES_TEXT)
             anew = file.startswith(SHARED_WITH_ORACLE)
-            return self.run(mutant.backend, mutant.catchers, accepted, everything=everything, fresh=fresh, anew=anew)
+            return self.run(backend, first, accepted, everything=everything, fresh=fresh, anew=anew)
         finally:
             path.write_text(kept, encoding="utf-8")
             os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))  # what was compiled from it serves again

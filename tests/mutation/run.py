@@ -18,14 +18,9 @@ from pathlib import Path
 from queue import SimpleQueue
 from typing import Any
 
-from tests.mutation import gl_backend, numpy_backend, opencl_backend, quads, shared, webgpu_backend, whole_numbers
 from tests.mutation.mutant import Fate, Mutant, Tree
+from tests.mutation.seams import MUTANTS
 
-MUTANTS: tuple[Mutant, ...] = (
-    *shared.MUTANTS, *numpy_backend.MUTANTS, *gl_backend.MUTANTS, *opencl_backend.MUTANTS,
-    *webgpu_backend.MUTANTS,
-    *whole_numbers.MUTANTS, *quads.MUTANTS,
-)  # fmt: skip
 #: Outcome of a mutant whose text is no longer in the sources: it says nothing.
 STALE = "stale"
 

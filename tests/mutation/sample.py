@@ -1,11 +1,12 @@
 """Plant random mistakes in the sources of a package, and report those that none of its tests catches.
 
-``python -m tests.mutation.sample PACKAGE … [--count N] [--seed N] [--workers N]`` from the root of the repository; a
-package is a key of `TESTS`.  Exit status: 0 where every mistake is caught, 1 where some survive.  A survivor is a hole
-in the tests, dead code, or a change without a visible effect: look at each.
+``python -m tests.mutation.sample PACKAGE … [--conform BACKEND] [--count N] [--seed N] [--workers N]`` from the root of
+the repository.  Exit status: 0 where every mistake is caught, 1 where some survive.  A survivor is a hole in the tests,
+dead code, or a change without a visible effect: look at each.
 
-The mistakes listed in the other modules of this folder are judged by conformance on a backend; these are judged by
-pytest, and reach the packages that conformance does not run.
+With ``--conform`` the conformance suite judges, on a backend; a package is any folder of the sources, and shader text
+in it is mistaken too.  Else pytest judges, and a package is a key of `TESTS`.  A case of conformance that catches a
+mistake which no case in ``tests/conformance/catching.txt`` does belongs there: those run every time.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from queue import SimpleQueue
 
+from tests.mutation.mutant import Tree
 from tests.mutation.places import ROOT, sources
 
 #: Tests of each package, files or folders.
@@ -82,6 +84,13 @@ _OPERATORS: dict[type[ast.operator], type[ast.operator]] = {
     ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Add, ast.FloorDiv: ast.Mult, ast.Mod: ast.FloorDiv,
     ast.LShift: ast.RShift, ast.RShift: ast.LShift, ast.BitAnd: ast.BitOr,
 }  # fmt: skip
+#: Signs of shader text, and what they are mistaken for.
+_SIGNS = {"<=": "<", ">=": ">", "<": "<=", ">": ">=", "==": "!=", "!=": "==", "+": "-", "-": "+", "*": "+", "&&": "||",
+          "||": "&&", "min": "max", "max": "min", "floor": "ceil", "x": "y", "true": "false"}  # fmt: skip
+#: The signs between spaces or brackets; longer ones first, so that ``<=`` is not taken for ``<``.
+_SIGN = re.compile("(?<= )(?:<=|>=|==|!=|&&|[|]{2}|[-+*<>])(?= )|\\b(?:min|max|floor|x|true)\\b|\\b[0-9]+\\b")
+#: Text with this is a shader's.
+_STATEMENT = re.compile(r"[;{]\s*$", re.MULTILINE)
 
 
 @dataclass(frozen=True)
@@ -132,22 +141,41 @@ def expressions(node: ast.AST) -> Iterator[ast.AST]:
         if name in ("annotation", "returns", "decorator_list"):
             continue
         for child in field if isinstance(field, list) else [field]:
-            if isinstance(child, ast.AST) and not isinstance(child, skipped):
+            is_docstring = isinstance(child, ast.Expr) and isinstance(child.value, ast.Constant)
+            if isinstance(child, ast.AST) and not isinstance(child, skipped) and not is_docstring:
                 yield child
                 yield from expressions(child)
 
 
-def mistakes(package: str) -> list[Mistake]:
+def of_shader(file: str, text: str, offset: int = 0, line: int = 1) -> Iterator[Mistake]:
+    """Yield what can be mistaken in shader text that begins at a byte of a file, comments apart."""
+    for sign in _SIGN.finditer(text):
+        before = text[: sign.start()]
+        if "//" not in before[before.rfind("\n") + 1 :]:
+            start = offset + len(before.encode())
+            new = str(int(sign[0]) + 1) if sign[0].isdigit() else _SIGNS[sign[0]]
+            yield Mistake(file, line + before.count("\n"), start, start + len(sign[0]), new)
+
+
+def mistakes(package: str, shaders: bool = False) -> list[Mistake]:
     """Return all that can be planted in a package, in the order of its sources."""
     found = []
     for file, text in sources().items():
-        if not file.startswith(package + "/") or not file.endswith(".py"):
+        if not file.startswith(package + "/"):
+            continue
+        if not file.endswith(".py"):
+            found += of_shader(file, text) if shaders else ()
             continue
         starts = [0]
         for line in text.encode().split(b"\n"):
             starts.append(starts[-1] + len(line) + 1)
         for node in expressions(ast.parse(text)):
             wrong = changed(node)
+            if shaders and isinstance(node, ast.Constant) and isinstance(node.value, str):
+                start = starts[node.lineno - 1] + node.col_offset
+                end = starts[(node.end_lineno or node.lineno) - 1] + (node.end_col_offset or 0)
+                written = text.encode()[start:end].decode()
+                found += of_shader(file, written, start, node.lineno) if _STATEMENT.search(written) else ()
             if wrong is not None and isinstance(node, ast.expr):
                 start = starts[node.lineno - 1] + node.col_offset
                 end = starts[(node.end_lineno or node.lineno) - 1] + (node.end_col_offset or 0)
@@ -213,37 +241,72 @@ def caught_by(mistake: Mistake, tree: Path, tests: tuple[str, ...]) -> str:
     return failed[0].split(" - ")[0] if failed else ended.stdout.strip()[-200:] or ended.stderr.strip()[-200:]
 
 
-def main() -> int:
+def tested(mistakes_: list[Mistake], tests: tuple[str, ...], folder: Path, workers: int) -> Iterator[str]:
+    """Yield the test that catches each mistake, or an empty text where all pass."""
+    trees: SimpleQueue[Path] = SimpleQueue()
+    for number in range(workers):
+        (folder / str(number)).mkdir(parents=True)
+        trees.put(copied(folder / str(number)))
+
+    def fate(mistake: Mistake) -> str:
+        tree = trees.get()
+        try:
+            return caught_by(mistake, tree, tests)
+        finally:
+            trees.put(tree)
+
+    with ThreadPoolExecutor(workers) as pool:
+        yield from pool.map(fate, mistakes_)
+
+
+def conforming(mistakes_: list[Mistake], backend: str, folder: Path, workers: int) -> Iterator[str]:
+    """Yield the case of conformance that catches each mistake, or an empty text where all pass."""
+    trees: SimpleQueue[Tree] = SimpleQueue()
+    for number in range(workers):
+        trees.put(Tree(folder / str(number), folder / "bounds"))
+    tree = trees.get()
+    accepted = tree.passing(backend, (), everything=True)
+    trees.put(tree)
+
+    def fate(mistake: Mistake) -> str:
+        tree = trees.get()
+        try:
+            found = tree.judge_text(mistake.file, mistake.planted().decode(), backend, (), accepted, everything=True)
+            return f"{found.outcome} {found.case}".strip()
+        finally:
+            trees.put(tree)
+
+    with ThreadPoolExecutor(workers) as pool:
+        yield from pool.map(fate, mistakes_)
+
+
+def main(words: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("packages", nargs="+", choices=[*TESTS, "all"], metavar="PACKAGE")
+    parser.add_argument("packages", nargs="+", metavar="PACKAGE")
+    parser.add_argument("--conform", metavar="BACKEND", help="judge by the conformance suite on this backend")
     parser.add_argument("--count", type=int, default=10, help="mistakes in each package")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=2)
-    options = parser.parse_args()
+    options = parser.parse_args(words)
+    packages = list(TESTS) if options.packages == ["all"] else options.packages
+    unknown = [name for name in packages if name not in TESTS and not options.conform]
+    if unknown or not all(mistakes(name) for name in packages):
+        parser.error(f"a package is one of {', '.join(TESTS)}; with --conform any folder of the sources")
     survived = 0
     with tempfile.TemporaryDirectory(prefix="passgraph-mutants-") as folder:
-        trees: SimpleQueue[Path] = SimpleQueue()
-        for number in range(options.workers):
-            (Path(folder) / str(number)).mkdir()
-            trees.put(copied(Path(folder) / str(number)))
-
-        def fate(mistake: Mistake, tests: tuple[str, ...]) -> str:
-            tree = trees.get()
-            try:
-                return caught_by(mistake, tree, tests)
-            finally:
-                trees.put(tree)
-
-        with ThreadPoolExecutor(options.workers) as pool:
-            for package in TESTS if "all" in options.packages else options.packages:
-                possible = mistakes(package)
-                chosen = random.Random(options.seed).sample(possible, min(options.count, len(possible)))
-                fates = list(pool.map(lambda mistake, tests=TESTS[package]: fate(mistake, tests), chosen))
-                for mistake, test in zip(chosen, fates, strict=True):
-                    print(f"{mistake}\n    {test or 'SURVIVED'}", flush=True)
-                caught = sum(map(bool, fates))
-                print(f"{package}: {caught} of {len(chosen)} caught, of {len(possible)} possible", flush=True)
-                survived += len(chosen) - caught
+        for package in packages:
+            possible = mistakes(package, shaders=bool(options.conform))
+            chosen = random.Random(options.seed).sample(possible, min(options.count, len(possible)))
+            if options.conform:
+                fates = conforming(chosen, options.conform, Path(folder) / package.replace("/", "-"), options.workers)
+            else:
+                fates = tested(chosen, TESTS[package], Path(folder) / package.replace("/", "-"), options.workers)
+            caught = 0
+            for mistake, fate in zip(chosen, fates, strict=True):
+                print(f"{mistake}\n    {fate or 'SURVIVED'}", flush=True)
+                caught += bool(fate)
+            print(f"{package}: {caught} of {len(chosen)} caught, of {len(possible)} possible", flush=True)
+            survived += len(chosen) - caught
     return 1 if survived else 0
 
 
