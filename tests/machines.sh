@@ -7,8 +7,9 @@
 # It takes an hour on two cores, 15 minutes with --quick. Certificates, proxies and settings of apt and pip are those
 # of this machine. Processes and mounts of the root end with the script.
 #
-#   KEEP    an empty or absent folder: the root stays there, with what each step printed in root/steps (default: a
-#           temporary folder, removed at the end)
+#   KEEP    a folder: the root stays there, with what each step printed in root/root/steps (default: a temporary folder,
+#           removed at the end). From a root that is there it goes on: with the newest commit, and the steps that have not
+#           passed yet
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -16,11 +17,20 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 inside() {
     mkdir -p /root/steps
     cd /root/passgraph
-    note() { printf '%s\t%s\n' "$1" "$2" | tee -a /root/results; }
+    touch /root/results
+    note() {
+        sed -i "/^$1\t/d" /root/results
+        printf '%s\t%s\n' "$1" "$2" | tee -a /root/results
+    }
     run() { timeout 5400 "${@:2}" </dev/null >"/root/steps/$1" 2>&1; }
-    check() { if run "$@"; then note "$1" passed; else note "$1" failed; fi; }
+    passed() { grep "^$1"$'\t' /root/results | grep -qv failed; }
+    check() {
+        if passed "$1"; then return; fi
+        if run "$@"; then note "$1" passed; else note "$1" failed; fi
+    }
     count() {
         local failed=''
+        if passed "$1"; then return; fi
         run "$@" || failed='failed: '
         note "$1" "$failed$(grep -v '^ *$' "/root/steps/$1" | tail -n 1 | sed -E 's/^[= ]+//; s/^[a-z]+: //; s/ in [0-9.]+s.*//')"
     }
@@ -66,12 +76,16 @@ folder=${KEEP:-$(mktemp -d)}
 root=$folder/root
 mkdir -p "$folder"
 apt-config dump | grep -E '^Acquire::(https?|Retries|Check-)' >"$folder/apt.conf" || true
-mmdebstrap --variant=minbase --aptopt="$folder/apt.conf" --include=ca-certificates,git,python3,python3-venv "$suite" "$root"
-# As files: links lead out of the root.
-for path in /etc/resolv.conf /etc/hosts /etc/ssl/certs /etc/pip.conf /etc/xdg/pip "$HOME/.config/pip"; do
-    [ ! -e "$path" ] || tar -ch --ignore-failed-read "$path" 2>/dev/null | tar -x -C "$root"
-done
-git clone -q --no-local . "$root/root/passgraph"
+if [ ! -d "$root/root/passgraph" ]; then
+    mmdebstrap --variant=minbase --aptopt="$folder/apt.conf" --include=ca-certificates,git,python3,python3-venv "$suite" "$root"
+    # As files: links lead out of the root.
+    for path in /etc/resolv.conf /etc/hosts /etc/ssl/certs /etc/pip.conf /etc/xdg/pip "$HOME/.config/pip"; do
+        [ ! -e "$path" ] || tar -ch --ignore-failed-read "$path" 2>/dev/null | tar -x -C "$root"
+    done
+    git clone -q --no-local . "$root/root/passgraph"
+fi
+git -C "$root/root/passgraph" fetch -q "$PWD" HEAD
+git -C "$root/root/passgraph" checkout -q FETCH_HEAD
 mapfile -t settings < <(env | grep -iE '^(pip_|ssl_cert|(http|https|no|all)_proxy=|requests_ca|curl_ca)')
 
 # A mount and process namespace of its own: nothing has to be undone.
