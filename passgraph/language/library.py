@@ -236,9 +236,14 @@ def frexp_{T}(x: {T}) -> tuple[{T}, {I}]:
 
 _FREXP = """bits = bits_from_float(x)
     exponent = (bits >> 23) & 0xFF
-    usual = exponent != 0 and exponent != 0xFF
-    mantissa = float_from_bits((bits & -2139095041) | 0x3F000000)
-    return (mantissa if usual else x), (exponent - 126 if usual else 0)"""
+    fraction = bits & 0x7FFFFF
+    # A denormal is fraction * 2**-149: its highest bit becomes the one that other numbers do not store.
+    top = find_msb(fraction)
+    denormal = exponent == 0
+    digits = (fraction << (23 - top)) & 0x7FFFFF if denormal else fraction
+    usual = exponent != 0xFF and (not denormal or fraction != 0)
+    mantissa = float_from_bits((bits >> 31 << 31) | 0x3F000000 | digits)
+    return (mantissa if usual else x), ((top - 148 if denormal else exponent - 126) if usual else 0)"""
 
 _PACKING = '''
 def pack_unorm4x8(v: vec4) -> uint:

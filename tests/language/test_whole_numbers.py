@@ -254,6 +254,10 @@ def test_modf_and_frexp_are_those_of_the_host() -> None:
     rest, whole = np.modf(x)
     mantissa, exponent = np.frexp(x)
     assert np.array_equal(got, np.stack([whole, rest, mantissa, exponent.astype(np.float32)], -1))
+    tiny = np.concatenate([np.exp2(RANDOM.uniform(-149, -126, 2000)), [2.0**-149, -(2.0**-149), 2.0**-127, 2.0**-126]])
+    tiny = tiny.astype(np.float32)
+    got = run("vec2(frexp(x)[0], float(frexp(x)[1]))", tiny, result="vec2")
+    assert np.array_equal(got, np.stack(np.frexp(tiny), -1).astype(np.float32))
     special = run("vec2(modf(x)[1], frexp(x)[0])", np.float32([np.inf, -np.inf, np.nan]), result="vec2")
     assert np.array_equal(special, [[0, np.inf], [0, -np.inf], [np.nan, np.nan]], equal_nan=True)
 
