@@ -8,7 +8,7 @@ from typing import Annotated
 
 import passgraph as pg
 from passgraph.effects.checked import effect
-from passgraph.effects.quantities import NotNegative
+from passgraph.effects.quantities import NotNegative, Share
 from passgraph.language import Image, clamp, ivec2, output_size, pixel, uv, vec2, vec3, vec4
 
 #: Brightest value that glows, scene-linear: the largest float16.
@@ -16,11 +16,16 @@ BRIGHTEST = 65504.0
 
 
 @pg.kernel
-def bright(color: Image, threshold: float) -> vec4:
-    """Return the color above the threshold with its hue: scaled by the excess of its largest channel."""
+def bright(color: Image, threshold: float, softness: float) -> vec4:
+    """Return the light above the threshold with its hue: scaled by the excess of its largest channel.
+
+    Around the threshold the excess rises along a parabola, which meets both lines without a kink.
+    """
     c = color[0, 0]
     top = min(max(c.r, c.g, c.b), BRIGHTEST)
-    share = max(top - threshold, 0.0) / max(top, 1e-6)
+    knee = threshold * softness
+    risen = clamp(top - threshold + knee, 0.0, 2.0 * knee)
+    share = max(top - threshold, risen * risen / max(4.0 * knee, 1e-6)) / max(top, 1e-6)
     # NaN as the second argument of min and max is ignored
     glow = min(vec3(BRIGHTEST), max(vec3(0.0), c.rgb))
     return vec4(glow * (share if share > 0.0 else 0.0), 0.0)
@@ -148,9 +153,10 @@ def add_glow(color: Image, glow: Image, intensity: float) -> vec4:
 @effect("bloom", alpha="premultiplied")
 def bloom(
     color: pg.Target,
-    threshold: NotNegative | pg.Value | pg.Derived = 1.0,
+    threshold: NotNegative | pg.Value | pg.Derived = 0.8,
     intensity: NotNegative | pg.Value | pg.Derived = 0.5,
     levels: Annotated[int, pg.Range(1, 8)] = 4,
+    softness: Share | pg.Value | pg.Derived = 0.5,
     into: pg.TargetSpec | None = None,
     name: str = "bloom",
 ) -> pg.Target:
@@ -159,17 +165,20 @@ def bloom(
     Parameters
     ----------
     color : any picture, linear light
-    threshold : only light above it glows, scene-linear
+    threshold : only light above it glows, scene-linear. The default suits photographs (white is 1) and HDR
     intensity : factor of the glow; 0 leaves the picture unchanged
     levels : number of halvings; each doubles the glow's width
+    softness : how gradually glow begins: from ``(1 - softness) * threshold`` on, and in full from
+        ``(1 + softness) * threshold`` on; at 0 the glow begins at the threshold, with a kink
     into : destination target; default: float32 named ``name``
     name : name of the passes and targets
 
-    The glow of a spot has as much light as the spot has above the threshold, at every size and position, even in
+    The glow of a bright spot has as much light as the spot has above the threshold, at every size and position, even in
     corners, so a moving spot does not flicker.  Sizes that halve exactly cost least: where one is odd, filters average
     the areas that pixels cover.  NaN does not glow, and infinity glows as the largest float16.
 
-    Source: M. Bjørge, "Bandwidth-Efficient Rendering", SIGGRAPH 2015 (dual filtering).
+    Sources: M. Bjørge, "Bandwidth-Efficient Rendering", SIGGRAPH 2015 (dual filtering); the soft threshold is that of
+    Blender's and Unity's bloom.
     Deviation: from two levels on, the last doubling, to full size, is bilinear: the glow is smooth by then, and eight
     reads of every pixel would cost more than all other passes together.
 
@@ -181,7 +190,7 @@ def bloom(
     ...     program(frame=np.full((8, 8, 4), 3.0, np.float32))["bloom"][4, 4].tolist()
     [4.0, 4.0, 4.0, 3.0]
     """
-    full = bright(color, threshold, into=pg.target(f"{name}_bright", "rgba32f"))
+    full = bright(color, threshold, softness, into=pg.target(f"{name}_bright", "rgba32f"))
     chain = [full]
     for level in range(1, levels + 1):
         label = f"{name}_down{level}"

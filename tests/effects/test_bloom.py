@@ -30,13 +30,35 @@ def test_intensity_0_leaves_the_picture_as_it_is() -> None:
 
 
 def test_what_is_below_the_threshold_does_not_glow() -> None:
-    np.testing.assert_array_equal(run(noise(), threshold=3.0), noise())
+    np.testing.assert_array_equal(run(noise(), threshold=3.0, softness=0.0), noise())
+    np.testing.assert_array_equal(run(noise() / 2, threshold=3.0), noise() / 2)
+
+
+@pytest.mark.parametrize(
+    ("top", "glow"),
+    [(0.4, 0.0), (0.5, 0.0), (0.75, 0.25**2 / 2), (1.0, 0.125), (1.25, 0.75**2 / 2), (1.5, 0.5), (3.0, 2.0)],
+)
+def test_light_near_the_threshold_glows_less(top: float, glow: float) -> None:
+    """The excess is a parabola from 0.5 to 1.5, which has the values and the slopes of both lines at its ends."""
+    picture = np.full((16, 16, 4), top, np.float32)
+    shown = run(picture, threshold=1.0, softness=0.5, intensity=1.0, levels=2)
+    np.testing.assert_allclose(shown[:, :, :3], top + glow, rtol=1e-6)
+
+
+def test_a_photograph_glows_by_default() -> None:
+    """Its white is 1: displayed pictures have no more."""
+    photograph = np.full((128, 128, 4), (0.2, 0.2, 0.2, 1.0), np.float32)
+    photograph[48:80, 48:80, :3] = 1.0
+    glow = (run(photograph, "numpy") - photograph)[:, :, 0]
+    step = 1.0 / 255.0
+    assert glow[64, 64] > 8 * step and glow[44, 64] > 4 * step
+    assert glow[2, 2] < step
 
 
 @pytest.mark.parametrize("levels", [1, 3, 8])
 def test_a_constant_picture_stays_constant(levels: int) -> None:
     picture = np.full((21, 34, 4), 2.0, np.float32)
-    np.testing.assert_allclose(run(picture, levels=levels)[:, :, :3], 2.5, rtol=1e-6)
+    np.testing.assert_allclose(run(picture, levels=levels)[:, :, :3], 2.6, rtol=1e-6)
 
 
 @pytest.mark.parametrize("levels", [1, 2, 3])
