@@ -127,10 +127,11 @@ def _with_digests(image: ImageFacts, digests: Mapping[int, str]) -> ImageFacts:
 MIN_INSTRUCTIONS = 16
 #: Singletons, by name.
 _SINGLE: dict[str, object] = {"nowhere": NOWHERE, **types.NAMED}
-_NAMES = {id(single): name for name, single in _SINGLE.items()}
+SINGLE_NAMES = {id(one): name for name, one in _SINGLE.items()}
 
 
-def _single(name: str) -> object:
+def single(name: str) -> object:
+    """Return a singleton by its name, for files."""
     return _SINGLE[name]
 
 
@@ -147,7 +148,7 @@ _FIELDS: dict[type[Any], tuple[str, ...]] = {
     )
 }  # fmt: skip
 _MAKERS: dict[tuple[str, str], Any] = {(cls.__module__, cls.__name__): cls for cls in _FIELDS}
-_MAKERS[_single.__module__, _single.__name__] = _single
+_MAKERS[single.__module__, single.__name__] = single
 
 
 class Programs:
@@ -185,8 +186,8 @@ class _Writer(pickle.Pickler):
     """Pickles each object as its class and its fields, or as the name of a singleton."""
 
     def reducer_override(self, given: object) -> Any:
-        if id(given) in _NAMES:
-            return _single, (_NAMES[id(given)],)
+        if id(given) in SINGLE_NAMES:
+            return single, (SINGLE_NAMES[id(given)],)
         names = _FIELDS.get(type(given))
         return NotImplemented if names is None else (type(given), tuple([getattr(given, name) for name in names]))
 

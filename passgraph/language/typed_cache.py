@@ -34,7 +34,8 @@ _FIELDS: dict[type[Any], tuple[str, ...]] = {
         types.Scalar, types.Vector, types.Matrix, types.Array, types.ImageType, types.Struct, Range, Span,
     )
 }  # fmt: skip
-_MAKERS = {(cls.__module__, cls.__name__): cls for cls in _FIELDS}
+_MAKERS: dict[tuple[str, str], Any] = {(cls.__module__, cls.__name__): cls for cls in _FIELDS}
+_MAKERS[lower_cache.single.__module__, lower_cache.single.__name__] = lower_cache.single
 
 
 def recall(name: str) -> ir.TypedKernel | None:
@@ -86,10 +87,12 @@ def _files(folder: str) -> Iterator[tuple[str, int, float]]:
 
 
 class _Writer(pickle.Pickler):
-    """Pickles each object as its class and its fields; PicklingError for other classes."""
+    """Pickles each object as its class and its fields, or as the name of a singleton; PicklingError for others."""
 
     def reducer_override(self, given: object) -> Any:
-        if isinstance(given, type) and given in _FIELDS:
+        if id(given) in lower_cache.SINGLE_NAMES:  # types are compared by identity
+            return lower_cache.single, (lower_cache.SINGLE_NAMES[id(given)],)
+        if given is lower_cache.single or (isinstance(given, type) and given in _FIELDS):
             return NotImplemented
         names = _FIELDS.get(type(given))
         if names is None:

@@ -15,7 +15,7 @@ from passgraph.effects.color import black_and_white as gray_module
 from passgraph.effects.shadows import shadow_filters
 from passgraph.effects.shadows.penumbra_search import find_penumbrae
 from passgraph.effects.surfaces import g_buffer
-from passgraph.language import ir, lower_cache, parse, typed_cache
+from passgraph.language import ir, lower_cache, parse, typed_cache, types
 from passgraph.language.kernel import Kernel
 
 
@@ -31,6 +31,12 @@ def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]
 def kernels_of(*modules: ModuleType) -> list[Kernel]:
     found = [value for module in modules for value in vars(module).values() if isinstance(value, Kernel)]
     return [*found, find_penumbrae(4)]
+
+
+def single_types(program: ir.TypedKernel) -> list[object]:
+    """Return the types that have one object each, by which the compiler compares them; None for other types."""
+    nodes = [*program.parameters, *ir.expressions(*program.body), *program.results]
+    return [next((one for one in types.NAMED.values() if node.type is one), None) for node in nodes]
 
 
 def same_again(kernel: Kernel) -> Kernel:
@@ -52,6 +58,8 @@ def test_a_kernel_from_the_cache_is_the_parsed_one_with_its_positions() -> None:
         recalled = typed_cache.recall(kernel.name)
         assert recalled is not None and recalled is not parsed
         assert recalled == parsed
+        assert single_types(recalled) == single_types(parsed)
+        assert any(single_types(parsed))
         assert positions(recalled) == positions(parsed)
         known = lower_cache.kernel_digest(recalled)
         lower_cache.DIGESTS.pop(id(recalled))
