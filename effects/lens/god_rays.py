@@ -59,7 +59,7 @@ def god_rays(
     x: Place | pg.Value | pg.Derived = 0.5,
     y: Place | pg.Value | pg.Derived = 0.25,
     intensity: NotNegative | pg.Value | pg.Derived = 0.5,
-    threshold: NotNegative | pg.Value | pg.Derived = 1.0,
+    threshold: NotNegative | pg.Value | pg.Derived = 0.8,
     density: Annotated[float, pg.Range(0, 0.99)] | pg.Value | pg.Derived = 0.9,
     decay: Share | pg.Value | pg.Derived = 0.1,
     occluders: pg.Target | None = None,

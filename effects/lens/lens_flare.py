@@ -47,7 +47,7 @@ def in_lens(source: Image, ghosts: Const[int], spacing: float, halo: float, radi
 @effect("lens-flare", linear=True, alpha="premultiplied")
 def lens_flare(
     color: pg.Target,
-    threshold: NotNegative | pg.Value | pg.Derived = 1.0,
+    threshold: NotNegative | pg.Value | pg.Derived = 0.8,
     intensity: NotNegative | pg.Value | pg.Derived = 0.1,
     ghosts: Annotated[int, pg.Range(0, 16)] = 5,
     spacing: Annotated[float, pg.Range(0, 2)] | pg.Value | pg.Derived = 0.35,

@@ -50,7 +50,7 @@ def with_streak(color: Image, streak: Image, strength: vec3, length: float) -> v
 @effect("light-streaks", linear=True, alpha="premultiplied")
 def light_streaks(
     color: pg.Target,
-    threshold: NotNegative | pg.Value | pg.Derived = 1.0,
+    threshold: NotNegative | pg.Value | pg.Derived = 0.8,
     intensity: NotNegative | pg.Value | pg.Derived = 0.5,
     length: Annotated[float, pg.Range(0, 1)] | pg.Value | pg.Derived = 0.3,
     streaks: Annotated[int, pg.Range(1, 16)] = 2,

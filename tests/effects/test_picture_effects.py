@@ -10,6 +10,7 @@ import pytest
 import passgraph as pg
 from passgraph.effects import black_and_white, depth_aware_blur, gaussian_blur, tone_map
 from passgraph.effects.color.tone_map import AGX_MEAN, AGX_SHARE, CURVES, Curve
+from passgraph.effects.effect_table import EFFECTS
 from passgraph.effects.filters.blur import gaussian_weights
 from tests.agreement import assert_within_bounds
 from tests.conftest import DEVICES
@@ -240,3 +241,24 @@ def test_srgb_is_encoded_within_two_ten_millionths(backend_name: str) -> None:
     truth = np.where(wide <= 0.0031308, 12.92 * wide, 1.055 * wide ** (1.0 / 2.4) - 0.055)
     assert np.abs(shown - truth).max() < 2.5e-7
     assert (shown[light == 1.0] == 1.0).all()
+
+
+# Defaults
+
+#: Effects that leave a picture as it is until they are told what to do, and the one that fills holes.
+NEUTRAL = {"brightness-contrast", "color-grade", "hue-saturation", "fill"}
+
+
+@pytest.mark.parametrize("name", [e.name for e in EFFECTS.values() if e.takes == "picture" and e.name not in NEUTRAL])
+def test_defaults_show_on_a_photograph(name: str) -> None:
+    """It is a noisy one of a window in a wall: white is 1, as in pictures for displays."""
+    if name == "color-transform":
+        pytest.importorskip("PyOpenColorIO")
+    y, x = np.mgrid[0:96, 0:128] / 128
+    photograph = np.dstack([0.3 * x, 0.2 * y, 0.1 + 0.1 * x, np.ones_like(x)]).astype(np.float32)
+    photograph[20:50, 30:60, :3] = 1.0
+    photograph[..., :3] += np.random.default_rng(5).normal(0.0, 0.02, (96, 128, 3))
+    (shown,) = render(EFFECTS[name].build(FRAME), size=None, backend="numpy", frame=photograph).values()
+    if shown.shape[:2] == photograph.shape[:2]:
+        channels = min(shown.shape[2], 3)
+        assert np.abs(shown[..., :channels] - photograph[..., :channels]).max() > 3 / 255
