@@ -15,11 +15,6 @@ from typing import Any, ClassVar, NoReturn, Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.backends.steps import FloatBlock as FloatBlock
-from passgraph.backends.steps import convert, transfer_format
-from passgraph.backends.steps import numbers_of as numbers_of
-from passgraph.backends.steps import quantised as quantised
-from passgraph.backends.steps import values_of as values_of
 from passgraph.backends.turn import Turn, turn_of
 from passgraph.errors import BackendError
 from passgraph.formats import Format, float_format
@@ -27,6 +22,11 @@ from passgraph.graph.draw_state import Geometry
 from passgraph.language.native import Accuracy
 from passgraph.plan.data import DrawStep, PixelStep
 from passgraph.plan.limits import Limits
+from passgraph.quantise import FloatBlock as FloatBlock
+from passgraph.quantise import convert, transfer_format
+from passgraph.quantise import numbers_of as numbers_of
+from passgraph.quantise import quantised as quantised
+from passgraph.quantise import values_of as values_of
 from passgraph.srgb import linear_to_srgb
 
 _NOTHING = nullcontext()

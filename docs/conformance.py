@@ -42,7 +42,7 @@ PARTS = {
         "backends/printing.py",
         "backends/shader_printing.py",
         "backends/foreseen.py",
-        "backends/steps.py",
+        "passgraph/quantise.py",
     ),
     "schedule and execution": ("passgraph/plan/", "passgraph/run/"),
     "reference": ("backends/reference/",),

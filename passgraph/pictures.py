@@ -26,7 +26,7 @@ from passgraph.errors import InputError, reason
 from passgraph.image_files import FIRST_OF_SEVERAL, MAX_BYTES, associated, opened_image, straight, upright
 from passgraph.image_formats import WRITABLE, Metadata, WritableFormat, is_opaque, unstated
 from passgraph.image_writing import encoded_image, write_image
-from passgraph.quantise import check_no_nan, quantised
+from passgraph.quantise import check_no_nan, integers_of
 from passgraph.reading import check_regular, read_bytes
 from passgraph.srgb import linear_to_srgb, srgb_to_linear
 from passgraph.writing import NewFile, unwritable
@@ -505,7 +505,7 @@ def _converted(file: Path, pixels: Stored, dtype: np.dtype[Any], linear: bool) -
     if pixels.dtype == dtype:
         return np.ascontiguousarray(pixels)
     if dtype.kind == "u":
-        return quantised(scaled(pixels) if pixels.dtype.kind == "u" else pixels, dtype, str(file))
+        return integers_of(scaled(pixels) if pixels.dtype.kind == "u" else pixels, dtype, str(file))
     with np.errstate(over="ignore"):  # values beyond the type's range become infinite, as in a float target
         return scaled(pixels).astype(dtype) if pixels.dtype.kind == "u" else pixels.astype(dtype)
 

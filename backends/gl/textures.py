@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from passgraph.backends.base import clear_colour
 from passgraph.backends.gl import gl_functions as g
 from passgraph.backends.gl.gl_functions import Functions
-from passgraph.backends.steps import quantised
 from passgraph.errors import BackendError
 from passgraph.formats import Format, format_spelling
+from passgraph.quantise import quantised
 
 
 @dataclass(frozen=True, slots=True)

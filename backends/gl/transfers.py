@@ -27,9 +27,9 @@ from passgraph.backends.gl.textures import (
     placements_of,
     with_stencil,
 )
-from passgraph.backends.steps import convert, converted, numbers_of, transfer_format
 from passgraph.formats import FORMATS, Format, float_format
 from passgraph.language.scalar import ScalarProgram
+from passgraph.quantise import convert, converted, numbers_of, transfer_format
 
 if TYPE_CHECKING:
     from passgraph.backends.gl.backend import GLBackend

@@ -22,13 +22,13 @@ from passgraph.backends.base import (
 )
 from passgraph.backends.numpy.machine.workers import Workers, thread_count
 from passgraph.backends.numpy.storage import MAX_PIXELS, Storage, adopted, new_storage
-from passgraph.backends.steps import transfer_format
 from passgraph.cached import cached_property
 from passgraph.errors import BackendError
 from passgraph.formats import Format, float_format
 from passgraph.graph.draw_state import Geometry
 from passgraph.plan.data import DrawStep, PixelStep
 from passgraph.plan.limits import Limits
+from passgraph.quantise import transfer_format
 
 if TYPE_CHECKING:
     from passgraph.backends.numpy.pixels.moves import Moves

@@ -15,8 +15,8 @@ from passgraph.backends.base import FloatBlock
 from passgraph.backends.driver import shaped
 from passgraph.backends.opencl.opencl_c import element, join, load_expression, package_text
 from passgraph.backends.opencl.storage import INT_LIMIT, ImageLayout, Storage
-from passgraph.backends.steps import convert, numbers_of, transfer_format
 from passgraph.formats import Format, float_format
+from passgraph.quantise import convert, numbers_of, transfer_format
 
 if TYPE_CHECKING:
     from passgraph.backends.opencl.backend import OpenCLBackend
@@ -39,7 +39,7 @@ RUN, RUN_GPU = 1 << 12, 1
 
 
 def nearest_number(format_: Format, value: str) -> str:
-    """Return the expression of the number nearest to a value; as in passgraph.backends.steps, NaN becomes 0."""
+    """Return the expression of the number nearest to a value; as in passgraph.quantise, NaN becomes 0."""
     if not format_.steps:
         return f"pg_store_half({value})" if format_.number == "f2" else value
     # Comparisons and a plain conversion vectorize.

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from passgraph.backends.base import SNAP_PX, DeviceInfo, DrawRunner, FloatBlock, PixelRunner
 from passgraph.backends.driver import DriverBackend
-from passgraph.backends.steps import numbers_of
 from passgraph.backends.turn import check_driver, open_driver
 from passgraph.backends.webgpu import devices, transfers
 from passgraph.backends.webgpu.counts import CountRun, counts
@@ -23,6 +22,7 @@ from passgraph.errors import BackendError, PassgraphError
 from passgraph.formats import Format, float_format
 from passgraph.graph.draw_state import Geometry
 from passgraph.plan.data import DrawStep, PixelStep
+from passgraph.quantise import numbers_of
 
 
 class WebGPUBackend(DriverBackend):

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from passgraph.backends.base import ATTRIBUTES, Block, clear_colour, vertex_attribute
-from passgraph.backends.steps import quantised
 from passgraph.backends.webgpu.programs import filtered_images, packed, packed_tables
 from passgraph.backends.webgpu.states import color_target, depth_stencil, guard_band, primitive
 from passgraph.backends.webgpu.textures import Texture
@@ -19,6 +18,7 @@ from passgraph.graph.draw_state import Geometry
 from passgraph.language.ir import own_pixel
 from passgraph.language.scalar import ScalarProgram
 from passgraph.plan.data import DrawStep, PixelStep
+from passgraph.quantise import quantised
 
 if TYPE_CHECKING:
     from passgraph.backends.webgpu.backend import WebGPUBackend

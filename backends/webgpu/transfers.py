@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from passgraph.backends.driver import shaped
 from passgraph.backends.printing import Listing
-from passgraph.backends.steps import convert, converted, transfer_format
 from passgraph.backends.webgpu.textures import Texture
 from passgraph.backends.webgpu.wgsl import FULLSCREEN
 from passgraph.language.source import NOWHERE
+from passgraph.quantise import convert, converted, transfer_format
 
 if TYPE_CHECKING:
     from passgraph.backends.webgpu.backend import WebGPUBackend

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from passgraph.backends.steps import numbers_of
 from passgraph.commands.color_spaces import with_straight_alpha
 from passgraph.commands.command_graph import (
     RENDER_SIZE,
@@ -42,6 +41,7 @@ from passgraph.language.native import Math
 from passgraph.pictures import load_stored, scaled
 from passgraph.plan.data import Options
 from passgraph.plan.dependencies import inputs_behind, passes_behind
+from passgraph.quantise import numbers_of
 from passgraph.viewer.subject import Control, Drawing, Loaded, run_values_of
 from passgraph.web import Orbit, export_web
 from passgraph.web.export import Described

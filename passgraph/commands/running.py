@@ -21,7 +21,7 @@ from passgraph.errors import InputError
 from passgraph.language.native import Math
 from passgraph.pictures import check_holds_bits, metadata_of, save, viewable
 from passgraph.plan.data import Options, Step
-from passgraph.quantise import quantised
+from passgraph.quantise import integers_of
 from passgraph.run.caller_arrays import room_of
 from passgraph.run.compile import compile
 from passgraph.run.finite_checks import NonFinite
@@ -207,7 +207,7 @@ def run_and_save(
                 times = program.profile(**job.given)
         say(f"writing {output}")
         is_whole = array.dtype.kind == "u" or output.suffix.lower() in FLOAT_SUFFIXES
-        stored = array if is_whole else quantised(array, np.dtype(f"u{bits // 8}"), str(output))
+        stored = array if is_whole else integers_of(array, np.dtype(f"u{bits // 8}"), str(output))
         is_half = bits == 16 and output.suffix.lower() in FLOAT_SUFFIXES
         kept = None if like is None else metadata_of(like)
         save(output, stored, like=kept, bits=16 if is_half else None, color=color)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from passgraph.files.frame import Stored
 from passgraph.graph.targets import InputSpec
 from passgraph.pictures import scaled
-from passgraph.quantise import quantised
+from passgraph.quantise import integers_of
 from passgraph.run.caller_arrays import GREY_CHANNELS, format_of
 from passgraph.srgb import srgb_to_linear
 
@@ -53,7 +53,7 @@ def stored(result: Stored, dtype: np.dtype[Any], name: str) -> Stored:
     if result.dtype == dtype:
         return result
     values = scaled(result)
-    return values if dtype.kind == "f" else quantised(values, dtype, name)
+    return values if dtype.kind == "f" else integers_of(values, dtype, name)
 
 
 def with_channels(picture: Stored, count: int) -> Stored:

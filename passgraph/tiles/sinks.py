@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from passgraph import arguments
-from passgraph.backends.steps import numbers_of
 from passgraph.errors import InputError
 from passgraph.formats import FORMATS, Format
 from passgraph.image_formats import Metadata
+from passgraph.quantise import numbers_of
 from passgraph.tiles import exr, tiff
 from passgraph.tiles.grid import Convert, Numbers, Part, block_of, checked_dtype, checked_shape, imported, pieces
 from passgraph.writing import NewFile, place_of, unwritable

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.base import ATTRIBUTES, vertex_attribute
-from passgraph.backends.steps import numbers_of
 from passgraph.backends.webgpu import devices
 from passgraph.backends.webgpu.programs import packed, packed_tables
 from passgraph.backends.webgpu.textures import Stored, Texture
@@ -24,6 +23,7 @@ from passgraph.language.long_arrays import picture_of
 from passgraph.language.scalar import ScalarProgram, UniformSlot
 from passgraph.language.types import element_of
 from passgraph.plan.data import CopyStep, DrawStep, PixelStep, Plan, Resource, Step
+from passgraph.quantise import numbers_of
 from passgraph.run.execution import Uniforms, earliest_first, picked, resolve
 from passgraph.web.orbit import PoseTable
 from passgraph.web.recorder import DEFAULT_LIMITS, RecordingBackend

@@ -14,9 +14,9 @@ import passgraph as pg
 from passgraph.backends.gl import GLBackend
 from passgraph.backends.gl.textures import gl_format_of
 from passgraph.backends.opencl import OpenCLBackend
-from passgraph.backends.steps import numbers_of, values_of
 from passgraph.errors import InputError
 from passgraph.formats import FORMATS, padded
+from passgraph.quantise import numbers_of, values_of
 from tests.backends.test_uploads import CountedFunctions
 from tests.conftest import require
 from tests.corners import placed

@@ -18,10 +18,10 @@ from passgraph.backends.numpy.machine.workers import Workers, rest_of_page
 from passgraph.backends.numpy.pixels.chains import Stage
 from passgraph.backends.numpy.pixels.runner import PixelRun
 from passgraph.backends.numpy.storage import adopted
-from passgraph.backends.steps import convert
 from passgraph.formats import Format
 from passgraph.language import scalar as s
 from passgraph.plan.window import Halo
+from passgraph.quantise import convert
 
 #: NumPy moves smaller pictures faster than compiled code is looked up.
 LEAST = 1 << 14

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph import disk_cache, language
-from passgraph.backends import reference, steps
+from passgraph.backends import base, reference
 from passgraph.backends.base import Block, vertex_builtins
 from passgraph.backends.reference.draw_pass import ReferenceDrawPass
 from passgraph.backends.reference.stage import Stage, Storage
@@ -42,7 +42,9 @@ MOST_BYTES = 64 * 1024**2
 PACKING = 1
 #: Files of the package that determine bounds, in addition to the packages of the language, the reference and the
 #: oracle.
-_BESIDE = ("arguments.py", "formats.py", "ranges.py", "srgb.py", "graph/draw_state.py", "plan/blending.py")
+_BESIDE = (
+    "arguments.py", "formats.py", "quantise.py", "ranges.py", "srgb.py", "graph/draw_state.py", "plan/blending.py",
+)  # fmt: skip
 #: Arrays of one target.
 _ARRAYS = ("lo", "hi", "nan", "ambiguous", "unpromised")
 
@@ -102,13 +104,8 @@ def texts() -> tuple[Path, ...]:
     """Return the folders and files whose text determines bounds."""
     root = Path(disk_cache.__file__).parent
     packages = (Path(__file__), Path(reference.__file__), Path(language.__file__))
-    backends = Path(steps.__file__).parent
-    return (
-        *(package.parent for package in packages),
-        *(root / name for name in _BESIDE),
-        backends / "base.py",
-        backends / "steps.py",
-    )
+    beside = (root / name for name in _BESIDE)
+    return *(package.parent for package in packages), *beside, Path(base.__file__)
 
 
 @cache
