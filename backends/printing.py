@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 import struct
 from abc import ABC, abstractmethod
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
+from passgraph.cached import cached_property
 from passgraph.language import scalar as s
 from passgraph.language.operations import OPERATIONS
 from passgraph.language.source import NOWHERE, Span
@@ -93,9 +95,17 @@ class Printer(ABC):
     def builtin(self, name: str) -> str:
         """Return the expression of a builtin such as ``pixel.0`` or ``size.IMAGE.1``."""
 
-    @abstractmethod
     def texel(self, load: s.LoadTexel) -> None:
         """Print one texel load and :meth:`name` (or :meth:`value`) its results."""
+        raise AssertionError(load)  # lowered before
+
+    def load(self, load: s.Load) -> None:
+        """Print the loads of numbers from a buffer, for languages that have them."""
+        raise AssertionError(load)
+
+    def store(self, store: s.Store) -> None:
+        """Print the stores of numbers into a buffer."""
+        raise AssertionError(store)
 
     def table(self, name: str, index: str) -> str:
         return f"{name}[{index}]"
@@ -179,6 +189,18 @@ class Printer(ABC):
         for name, type_, length in self.program.arrays:
             self.line(self.array(type_, name, length))
 
+    @cached_property
+    def uses(self) -> Counter[int]:
+        """Return how often each value is printed: addresses that are printed once stand where they are used."""
+        printed: Counter[int] = Counter()
+        for i in s.walk(self.program.body):
+            times = sum(to is not None for to in i.to) if isinstance(i, s.Load) else 1
+            times = len(i.values) if isinstance(i, s.Store) else times
+            for operand in s.operands_of(i):
+                if isinstance(operand, s.Val):
+                    printed[operand.id] += times
+        return printed
+
     # Instructions
 
     def block(self, body: Iterable[s.Instruction]) -> None:
@@ -188,7 +210,8 @@ class Printer(ABC):
     def instruction(self, i: s.Instruction) -> None:
         if isinstance(i, s.Op):
             self.move(i.span)
-            self.value(i.to, self.operation(i, [self.operand(a) for a in i.arguments]))
+            inlined = i.on in (s.INDEX, s.LONG) and self.uses[i.to.id] == 1
+            (self.name if inlined else self.value)(i.to, self.operation(i, [self.operand(a) for a in i.arguments]))
         elif isinstance(i, s.Choose):
             condition, then, orelse = (self.operand(a) for a in (i.condition, i.then, i.orelse))
             self.value(i.to, self.choice(condition, then, orelse))
@@ -204,6 +227,11 @@ class Printer(ABC):
         elif isinstance(i, s.LoadTexel):
             self.move(i.span)
             self.texel(i)
+        elif isinstance(i, s.Load):
+            self.move(i.span)
+            self.load(i)
+        elif isinstance(i, s.Store):
+            self.store(i)
         elif isinstance(i, s.Read):
             self.value(i.to, i.variable)
         elif isinstance(i, s.Write):
@@ -293,6 +321,10 @@ SPELLED: dict[str, dict[str, str]] = {
         "bit_and": "({0} & {1})", "bit_or": "({0} | {1})", "bit_xor": "({0} ^ {1})", "bit_not": "(~{0})",
         "shift_right": "({0} >> ({1} & 31))",
     },
+    s.INDEX: {
+        "add": "({0} + {1})", "sub": "({0} - {1})", "mul": "({0} * {1})", "neg": "(-{0})",
+        "min": "min({0}, {1})", "max": "max({0}, {1})", "not_equal": "({0} != {1})",
+    },
     "bool": {
         "logical_and": "({0} && {1})", "logical_or": "({0} || {1})", "logical_not": "(!{0})",
         "to_int": "({0} ? 1 : 0)",
@@ -312,13 +344,13 @@ def builtin_calls(functions: Iterable[str], **own_names: str) -> dict[str, str]:
 
 def spelled(own: Mapping[str, Mapping[str, str]]) -> dict[str, dict[str, str]]:
     """Return :data:`SPELLED` with a language's own spellings."""
-    return {kind: {**SPELLED[kind], **own[kind]} for kind in SPELLED}
+    return {kind: {**SPELLED.get(kind, {}), **own.get(kind, {})} for kind in {**SPELLED, **own}}
 
 
 class CLike(Printer):
     """A language with C's statements."""
 
-    types: ClassVar[Mapping[str, str]] = {"bool": "bool", "int": "int", "float": "float"}
+    types: ClassVar[Mapping[str, str]] = {"bool": "bool", "int": "int", "float": "float", s.INDEX: "int"}
 
     def declared(self, type_: str) -> str:
         """Return the declaration of a value without its name: type and qualifiers."""

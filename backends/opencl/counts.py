@@ -52,7 +52,7 @@ def _number(image: ImageLayout) -> Listing:
     printer = OpenCLPrinter(program, builtins, {program.images[0].name: ("image0", image)})
     printer.open(f"float pg_number(int x, int y, {', '.join(inputs([image]))})")
     printer.variables()
-    printer.block(program.body)
+    printer.block(printer.program.body)
     printer.line(f"return {printer.operand(program.outputs[0].values[0])};")
     return printer.close()
 

@@ -165,7 +165,7 @@ def _vertex(step: DrawStep, layouts: DrawLayouts) -> Listing:
     printer.open(f"__kernel void pg_vertices({', '.join(parameters)})")
     printer.line("int vertex = (int)get_global_id(0);\nif (vertex >= count) { return; }")
     printer.variables()
-    printer.block(program.body)
+    printer.block(printer.program.body)
     position, *varyings = program.outputs
     for k, value in enumerate(position.values):
         printer.line(f"clip[4 * vertex + {k}] = {printer.operand(value)};")
@@ -177,7 +177,7 @@ def _vertex(step: DrawStep, layouts: DrawLayouts) -> Listing:
 
 def _clear(step: DrawStep, layouts: DrawLayouts) -> str:
     """Print ``pg_clear_pixel``: clear one pixel."""
-    printer = OpenCLPrinter(step.vertex, {})
+    printer = OpenCLPrinter(EMPTY, {})
     lines = [_place(i, layout) for i, layout in enumerate(layouts.outputs)]
     for i, (values, layout) in enumerate(zip(step.clears, layouts.outputs, strict=True)):
         if values is None:
@@ -226,7 +226,7 @@ def _shade(step: DrawStep, layouts: DrawLayouts) -> Listing:
             a, b, c = (f"tri[{8 + 3 * k + j}]" for j in range(3))
             printer.line(f"float varying{k}{axes} = {a} + ({b} - {a}) * {place}.x + ({c} - {a}) * {place}.y;")
     printer.variables()
-    printer.block(program.body)
+    printer.block(printer.program.body)
     if program.keep is not None:
         printer.line(f"if (!({printer.operand(program.keep)})) {{ return; }}")
     printer.line(late)
@@ -285,7 +285,7 @@ def _blends(step: DrawStep) -> Iterator[Listing]:
         printer = OpenCLPrinter(program, builtins)
         printer.open(f"float4 pg_blend{i}(float4 source, float4 destination)")
         printer.variables()
-        printer.block(program.body)
+        printer.block(printer.program.body)
         printer.line(f"return {_four([printer.operand(value) for value in program.outputs[0].values])};")
         yield printer.close()
 

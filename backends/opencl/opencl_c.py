@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from functools import cache
+from collections.abc import Mapping, Sequence
 from importlib import resources
 from typing import ClassVar
 
-from passgraph.backends.opencl.storage import INT_LIMIT, ImageLayout
+from passgraph.backends.opencl.storage import ImageLayout
 from passgraph.backends.printing import FLOOR_DIVIDE, INT_MOD, CLike, Listing, builtin_calls, spelled
-from passgraph.cached import cached_property
 from passgraph.formats import Format, format_spelling
 from passgraph.language import native
 from passgraph.language import scalar as s
-from passgraph.language.borders import BORDERS, border_name, border_program, nearer
+from passgraph.language.lowering import Pass, lowered
+from passgraph.language.lowering.buffers import StoresInBuffers, TexelsInBuffers
 from passgraph.language.source import NOWHERE, Span
 
 #: Channel type (`Format.number`) → type in buffers.
@@ -22,7 +21,7 @@ ELEMENTS = {"u1": "uchar", "u2": "ushort", "f2": "ushort", "f4": "float"}
 #: Argument type → operation → expression.  Functions with ``pg_`` are in helpers.cl and below.
 SPELLED = spelled({
     "float": {
-        "abs": "fabs({0})", "round": "rint({0})", "bits_from_float": "as_int({0})",
+        "abs": "fabs({0})", "round": "rint({0})", "bits_from_float": "as_int({0})", "to_index": "(int){0}",
         **builtin_calls(native.OPENCL, inversesqrt="rsqrt"), "fma": "pg_fma({0}, {1}, {2})",
     },
     "int": {
@@ -31,11 +30,12 @@ SPELLED = spelled({
         "float_from_bits": "as_float({0})",
     },
     "bool": {"to_float": "({0} ? 1.0f : 0.0f)"},
+    s.INDEX: {"int_mod": "pg_int_mod({0}, {1})", "to_long": "(long){0}"},
+    s.LONG: {"add": "({0} + {1})", "mul": "({0} * {1})"},
+    "u1": {"encode": "convert_uchar_sat_rte({0})"},
+    "u2": {"encode": "convert_ushort_sat_rte({0})"},
+    "f2": {"decode": "pg_load_half({0})", "encode": "pg_store_half({0})"},
 })  # fmt: skip
-FUNCTIONS = {
-    "pg_floor_divide": FLOOR_DIVIDE,
-    "pg_int_mod": INT_MOD,
-}
 
 
 def package_text(name: str) -> str:
@@ -76,20 +76,18 @@ def join(*parts: Listing | str) -> Listing:
 def prologue(constant_uniforms: bool) -> str:
     """Return the text at the start of every source."""
     space = "__constant" if constant_uniforms else "__global const"
-    functions = "".join(
-        [*FUNCTIONS.values(), *(border_function(rule) for rule in BORDERS if not BORDERS[rule].is_nearest)]
-    )
-    return f"#define PG_UNIFORMS {space}\n{package_text('helpers.cl')}{functions}"
+    return f"#define PG_UNIFORMS {space}\n{package_text('helpers.cl')}{FLOOR_DIVIDE}{INT_MOD}"
 
 
 class OpenCLPrinter(CLike):
     """Prints the body of one program; the caller prints the enclosing function.
 
     ``builtins`` maps names to expressions, ``images`` names to buffer parameter and layout.  With ``inner`` every
-    relative read is known to be inside, so no border code is printed.
+    relative read is known to be inside.  With ``outputs`` results are stored there, at this pixel.
     """
 
     spelled: ClassVar[Mapping[str, Mapping[str, str]]] = SPELLED
+    types: ClassVar[Mapping[str, str]] = {**CLike.types, s.LONG: "long"}
     float_suffix: ClassVar[str] = "f"
 
     def __init__(
@@ -99,15 +97,19 @@ class OpenCLPrinter(CLike):
         images: Mapping[str, tuple[str, ImageLayout]] | None = None,
         *,
         inner: bool = False,
+        outputs: Sequence[ImageLayout] = (),
         prefix: str = "",
     ) -> None:
-        super().__init__(program)
-        self.builtins = builtins
-        self.images = images or {}
-        self.inner = inner
+        images = images or {}
+        passes: list[Pass] = [TexelsInBuffers({name: layout.buffer for name, (_, layout) in images.items()}, inner)]
+        if outputs:
+            passes.append(StoresInBuffers([layout.buffer for layout in outputs]))
+        super().__init__(lowered(program, passes))
+        self.builtins = dict(builtins)
+        for name, (_, layout) in images.items():
+            self.builtins |= {f"size.{name}.{axis}": str(layout.size[axis]) for axis in (0, 1)}
+        self.buffers = {name: buffer for name, (buffer, _) in images.items()}
         self.prefix = prefix  # prefix of tables, so that two programs fit into one source
-        self.indices = 0
-        self.origins: dict[tuple[str, str], str] = {}  # type and index of this pixel in an image → its variable
 
     def float_from_bits(self, bits: int) -> str:
         return f"as_float({self.int_literal(bits)})"
@@ -119,108 +121,18 @@ class OpenCLPrinter(CLike):
         return f"{self.prefix}{name}[{index}]"
 
     def builtin(self, name: str) -> str:
-        if name.startswith("size."):
-            image, _, axis = name.removeprefix("size.").rpartition(".")
-            return str(self.images[image][1].size[int(axis)])
         return self.builtins[name]
 
-    def variables(self) -> None:
-        """Declare the variables, and the index of this pixel in each image with fixed offsets."""
-        super().variables()
-        for load in s.walk(self.program.body):
-            if isinstance(load, s.LoadTexel) and self._is_fixed(load):
-                place = self._origin(load)
-                if place not in self.origins:
-                    self.origins[place] = f"p{len(self.origins)}"
-                    self.line(f"{place[0]} {self.origins[place]} = {place[1]};")
-
-    def texel(self, load: s.LoadTexel) -> None:
-        if self._is_fixed(load):
-            self._fixed_texel(load)
-            return
-        buffer, layout = self.images[load.image]
-        x, y = self.operand(load.x), self.operand(load.y)
-        if load.relative:
-            x, y = (self._moved(load, axis, layout) for axis in (0, 1))
-        inside = load.relative and self.inner
-        self.indices += 1
-        index, here = f"i{self.indices}", f"h{self.indices}"
-        width, height = layout.size
-        if not inside and BORDERS[load.border].blank:
-            self.line(f"bool {here} = {x} >= 0 && {x} < {width} && {y} >= 0 && {y} < {height};")
-        if not inside:
-            x, y = self._bordered(load.border, x, width), self._bordered(load.border, y, height)
-        self.line(f"{layout.index_type} {index} = {layout.place(x, y)};")
-        for channel, value in enumerate(load.to):
-            if value is None:
-                continue
-            place = layout.channel(channel)
-            texel = load_expression(layout.format, buffer, f"{index} + {place}" if place else index)
-            if not inside and BORDERS[load.border].blank:
-                texel = f"({here} ? {texel} : 0.0f)"
-            self.value(value, texel)
-
-    def _is_fixed(self, load: s.LoadTexel) -> bool:
-        """Return True if a read is at a fixed distance in memory: inside, at a constant offset."""
-        offsets = [offset.value for offset in (load.x, load.y) if isinstance(offset, s.Lit)]
-        return load.relative and (offsets == [0, 0] or (self.inner and len(offsets) == 2))
-
-    def _origin(self, load: s.LoadTexel) -> tuple[str, str]:
-        """Return type and expression of this pixel's index in an image."""
-        layout = self.images[load.image][1]
-        return layout.index_type, layout.place("x", "y")
-
-    def _fixed_texel(self, load: s.LoadTexel) -> None:
-        """Read at a number from this pixel's index.
-
-        PoCL 6 (LLVM 18) does not see that texels are adjacent where each index is computed from column and row; a blur
-        then takes two to nine times as long.
-        """
-        buffer, layout = self.images[load.image]
-        origin = self.origins[self._origin(load)]
-        for channel, value in enumerate(load.to):
+    def load(self, load: s.Load) -> None:
+        index = self.operand(load.index)
+        for value, place in zip(load.to, load.places, strict=True):
             if value is not None:
-                assert isinstance(load.x, s.Lit) and isinstance(load.y, s.Lit)
-                distance = layout.distance(int(load.x.value), int(load.y.value)) + layout.channel(channel)
-                index = f"{origin} {'+' if distance > 0 else '-'} {abs(distance)}" if distance else origin
-                self.value(value, load_expression(layout.format, buffer, index))
+                self.value(value, f"{self.buffers[load.image]}[{_moved(index, place)}]")
 
-    def _moved(self, load: s.LoadTexel, axis: int, layout: ImageLayout) -> str:
-        """Return the column or row of a relative read; the sum cannot overflow int, and finds the same texel."""
-        name, offset, count = "xy"[axis], (load.x, load.y)[axis], layout.size[axis]
-        use = self.program.image(load.image)
-        far = max(map(abs, (use.x, use.y)[axis])) >= INT_LIMIT - count
-        if isinstance(offset, s.Lit):
-            number = int(nearer(load.border, int(offset.value), count) if far else offset.value)
-            return name if number == 0 else f"({name} {'+' if number > 0 else '-'} {abs(number)})"
-        moved = self.operand(offset)
-        if far:
-            period = BORDERS[load.border].period.replace("size", str(count))
-            moved = f"pg_int_mod({moved}, {period})" if period else f"clamp({moved}, -{2 * count}, {2 * count})"
-        return f"({name} + {moved})"
-
-    @staticmethod
-    def _bordered(border: str, position: str, count: int) -> str:
-        if BORDERS[border].is_nearest:
-            return f"clamp({position}, 0, {count - 1})"
-        return f"{border_name(border)}({position}, {count})"
-
-    def stored(self, format_: Format, value: s.Operand) -> str:
-        """Return the expression that stores a result. A value that was just divided by its steps is stored as steps:
-        compilers do not see that the division is undone, and do not vectorize saturating conversions."""
-        operation = self._operations.get(value.id) if isinstance(value, s.Val) else None
-        if operation is not None and (operation.operation, operation.on) == ("div", "float"):
-            counted, steps = operation.arguments
-            count = self._operations.get(counted.id) if isinstance(counted, s.Val) else None
-            rounded = count is not None and count.operation == "round"
-            if rounded and isinstance(steps, s.Lit) and steps.value == format_.steps:
-                return f"({element(format_)})(int){self.operand(counted)}"
-        return store_expression(format_, self.operand(value))
-
-    @cached_property
-    def _operations(self) -> dict[int, s.Op]:
-        """Map values to the operations that compute them, outside of branches and loops."""
-        return {i.to.id: i for i in self.program.body if isinstance(i, s.Op)}
+    def store(self, store: s.Store) -> None:
+        index = self.operand(store.index)
+        for value, place in zip(store.values, store.places, strict=True):
+            self.line(f"out{store.output}[{_moved(index, place)}] = {self.operand(value)};")
 
     def open(self, head: str) -> None:
         """Print tables, then the function's head and variables."""
@@ -238,12 +150,6 @@ class OpenCLPrinter(CLike):
         return self.listing()
 
 
-@cache
-def border_function(rule: str) -> str:
-    """Print a function that maps a column or row index into the picture."""
-    program = border_program(rule)
-    printer = OpenCLPrinter(program, {"i": "i", "size": "size"})
-    printer.open(f"int {border_name(rule)}(int i, int size)")
-    printer.block(program.body)
-    printer.line(f"return {printer.operand(program.outputs[0].values[0])};")
-    return printer.close().text
+def _moved(index: str, distance: int) -> str:
+    """Return an index plus a number."""
+    return f"{index} {'-' if distance < 0 else '+'} {abs(distance)}" if distance else index

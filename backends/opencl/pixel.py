@@ -130,7 +130,7 @@ def _kernel(
     width, height = outputs[0].size
     builtins = {"pixel.0": "x", "pixel.1": "y", "output_size.0": str(width), "output_size.1": str(height)}
     named = {image: (f"image{i}", layout) for i, (image, layout) in enumerate(images)}
-    printer = OpenCLPrinter(program, builtins, named, inner=inner, prefix=f"{name}_")
+    printer = OpenCLPrinter(program, builtins, named, inner=inner, outputs=outputs, prefix=f"{name}_")
     printer.open(f"__kernel void {name}({parameters([layout for _, layout in images], outputs)})")
     if inner:
         printer.line(_inner_place(run))
@@ -139,11 +139,7 @@ def _kernel(
     if inner and on_cpu:
         printer.line(f"for (int x = start; x < start + {run}; ++x)\n{{")
     printer.variables()
-    printer.block(program.body)
-    for i, (output, layout) in enumerate(zip(program.outputs, outputs, strict=True)):
-        printer.line(f"{layout.index_type} o{i} = {layout.place('x', 'y')};")
-        for channel, value in enumerate(output.values):
-            printer.line(f"out{i}[o{i} + {layout.channel(channel)}] = {printer.stored(layout.format, value)};")
+    printer.block(printer.program.body)
     if inner and on_cpu:
         printer.line("}")
     return printer.close()

@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 
 from passgraph.cached import cached_property
 from passgraph.formats import Format
-
-#: The first index that exceeds int.
-INT_LIMIT = 1 << 31
+from passgraph.language.lowering.buffers import INT_LIMIT as INT_LIMIT
+from passgraph.language.lowering.buffers import Buffer
 
 
 @dataclass(eq=False)
@@ -105,10 +104,12 @@ class ImageLayout:
         first, row, pixel = self.placement.first, self.placement.row, self.placement.pixel
         return f"({type_}){y} * {row} + ({type_}){x} * {pixel} + {first}"
 
-    def distance(self, x: int, y: int) -> int:
-        """Return the distance of the index of a pixel from that of another, ``x`` columns and ``y`` rows before it."""
-        placement = self.placement or tight(self.channels, self.size[0])
-        return y * placement.row + x * placement.pixel
+    @cached_property
+    def buffer(self) -> Buffer:
+        """Return how programs are lowered that read or write it."""
+        lies = self.placement or tight(self.channels, self.size[0])
+        wide = self.index_type == "long"
+        return Buffer(self.size, lies.row, lies.pixel, lies.first, lies.channels, wide, self.format)
 
     def channel(self, number: int) -> int:
         """Return the offset of a channel in its pixel."""

@@ -22,6 +22,11 @@ from passgraph.ranges import Range
 FORMAT_VERSION = 2
 
 
+#: Types of values in lowered programs besides bool, int and float: ints of addresses, whose arithmetic never overflows,
+#: in 32 and in 64 bits.
+INDEX, LONG = "index", "long"
+
+
 @dataclass(frozen=True, slots=True)
 class Lit:
     """A known number."""
@@ -115,6 +120,30 @@ class LoadTexel:
 
 
 @dataclass(frozen=True, slots=True)
+class Load:
+    """Loads numbers of an image from a buffer: number ``to[k]`` is at ``index + places[k]``; None for an unused one.
+
+    Only in lowered programs (:mod:`passgraph.language.lowering`).
+    """
+
+    to: tuple[Val | None, ...]
+    image: str
+    index: Operand
+    places: tuple[int, ...]
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Store:
+    """Writes the numbers of an output into its buffer: ``values[k]`` at ``index + places[k]``; in lowered programs."""
+
+    output: int
+    index: Operand
+    places: tuple[int, ...]
+    values: tuple[Operand, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Read:
     """Read a variable."""
 
@@ -195,6 +224,8 @@ Instruction: TypeAlias = (
     | LoadTable
     | LoadBuiltin
     | LoadTexel
+    | Load
+    | Store
     | Read
     | Write
     | ReadAt
@@ -374,7 +405,7 @@ def results_of(instruction: Instruction) -> tuple[Val, ...]:
     """Return the values that an instruction defines."""
     if isinstance(instruction, (Op, Choose, LoadUniform, LoadTable, LoadBuiltin, Read, ReadAt)):
         return (instruction.to,)
-    if isinstance(instruction, LoadTexel):
+    if isinstance(instruction, (LoadTexel, Load)):
         return tuple(v for v in instruction.to if v is not None)
     return ()
 
@@ -385,8 +416,10 @@ def operands_of(instruction: Instruction) -> tuple[Operand, ...]:
         return instruction.arguments
     if isinstance(instruction, Choose):
         return (instruction.condition, instruction.then, instruction.orelse)
-    if isinstance(instruction, (LoadUniform, LoadTable, ReadAt)):
+    if isinstance(instruction, (LoadUniform, LoadTable, ReadAt, Load)):
         return (instruction.index,)
+    if isinstance(instruction, Store):
+        return (instruction.index, *instruction.values)
     if isinstance(instruction, WriteAt):
         return (instruction.index, instruction.value)
     if isinstance(instruction, LoadTexel):
