@@ -324,6 +324,7 @@ SPELLED: dict[str, dict[str, str]] = {
     s.INDEX: {
         "add": "({0} + {1})", "sub": "({0} - {1})", "mul": "({0} * {1})", "neg": "(-{0})",
         "min": "min({0}, {1})", "max": "max({0}, {1})", "not_equal": "({0} != {1})",
+        "less": "({0} < {1})", "greater_equal": "({0} >= {1})",
     },
     "bool": {
         "logical_and": "({0} && {1})", "logical_or": "({0} || {1})", "logical_not": "(!{0})",

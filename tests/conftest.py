@@ -21,6 +21,10 @@ import pytest
 from passgraph.backends.base import Backend
 from passgraph.backends.registry import backend_class, open_backend
 from passgraph.errors import PassgraphError
+from passgraph.language.lowering.passes import CHECK_VARIABLE
+
+# In this process and those that it starts.
+os.environ[CHECK_VARIABLE] = "1"
 
 #: Backends that are held against the reference.
 DEVICES = ("gl", "opencl", "webgpu", "numpy")

@@ -134,6 +134,36 @@ class Load:
 
 
 @dataclass(frozen=True, slots=True)
+class LoadView:
+    """Loads channels of the texel at an offset from this pixel, in rows that hold what the border rule finds outside.
+
+    Only in lowered programs; ``view`` is the number of the image with its rule.
+    """
+
+    to: tuple[Val | None, ...]
+    image: str
+    view: int
+    x: Operand
+    y: Operand
+
+
+@dataclass(frozen=True, slots=True)
+class LoadWindow:
+    """Loads numbers ``first + places[k]`` together if all of them are inside at each pixel that is at work.
+
+    Else executes ``apart``, whose results are ``singly``.  Only in lowered programs.
+    """
+
+    to: tuple[Val, ...]
+    image: str
+    inside: Operand
+    first: Operand
+    places: tuple[int, ...]
+    apart: tuple[Instruction, ...]
+    singly: tuple[Val, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Store:
     """Writes the numbers of an output into its buffer: ``values[k]`` at ``index + places[k]``; in lowered programs."""
 
@@ -225,6 +255,8 @@ Instruction: TypeAlias = (
     | LoadBuiltin
     | LoadTexel
     | Load
+    | LoadView
+    | LoadWindow
     | Store
     | Read
     | Write
@@ -342,6 +374,8 @@ def walk(body: Iterable[Instruction]) -> Iterator[Instruction]:
             yield from walk(instruction.orelse)
         elif isinstance(instruction, For):
             yield from walk(instruction.body)
+        elif isinstance(instruction, LoadWindow):
+            yield from walk(instruction.apart)
 
 
 def count(body: Iterable[Instruction]) -> int:
@@ -352,13 +386,15 @@ def count(body: Iterable[Instruction]) -> int:
 def rewritten(
     body: Iterable[Instruction], change: Callable[[Instruction], Iterable[Instruction]]
 ) -> tuple[Instruction, ...]:
-    """Replace each instruction, except branches and loops, by those that ``change`` returns."""
+    """Replace each instruction, except those around others, by those that ``change`` returns."""
     made: list[Instruction] = []
     for i in body:
         if isinstance(i, If):
             made.append(replace(i, then=rewritten(i.then, change), orelse=rewritten(i.orelse, change)))
         elif isinstance(i, For):
             made.append(replace(i, body=rewritten(i.body, change)))
+        elif isinstance(i, LoadWindow):
+            made.append(replace(i, apart=rewritten(i.apart, change)))
         else:
             made += change(i)
     return tuple(made)
@@ -405,7 +441,7 @@ def results_of(instruction: Instruction) -> tuple[Val, ...]:
     """Return the values that an instruction defines."""
     if isinstance(instruction, (Op, Choose, LoadUniform, LoadTable, LoadBuiltin, Read, ReadAt)):
         return (instruction.to,)
-    if isinstance(instruction, (LoadTexel, Load)):
+    if isinstance(instruction, (LoadTexel, Load, LoadView, LoadWindow)):
         return tuple(v for v in instruction.to if v is not None)
     return ()
 
@@ -422,8 +458,10 @@ def operands_of(instruction: Instruction) -> tuple[Operand, ...]:
         return (instruction.index, *instruction.values)
     if isinstance(instruction, WriteAt):
         return (instruction.index, instruction.value)
-    if isinstance(instruction, LoadTexel):
+    if isinstance(instruction, (LoadTexel, LoadView)):
         return (instruction.x, instruction.y)
+    if isinstance(instruction, LoadWindow):
+        return (instruction.inside, instruction.first)
     if isinstance(instruction, Write):
         return (instruction.value,)
     if isinstance(instruction, If):

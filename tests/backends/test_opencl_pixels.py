@@ -384,5 +384,7 @@ def test_neighbors_are_at_a_fixed_distance_in_memory(placement: Placement | None
     text = pixel_source(program, [("c", image)], [target], True, 64, inner_block(program, (300, 9), 64)).text
     inner = text[text.index("void pg_inner") : text.index("void pg_pixel")]
     channels = placement.channels if placement else range(4)
-    read = [int(distance.replace(" ", "") or 0) for distance in re.findall(r"image0\[p0(.*?)\]", inner)]
+    origin = re.search(r"int (v\d+) = .*\by\b", inner)
+    assert origin is not None
+    read = [int(d.replace(" ", "") or 0) for d in re.findall(rf"image0\[{origin.group(1)}(.*?)\]", inner)]
     assert read == [row * y + pixel * x + channel for x, y in ((0, 0), (-2, 1), (3, 0)) for channel in channels]

@@ -15,7 +15,7 @@ from passgraph.language import scalar as s
 
 Lanes = NDArray[Any]
 Fetch = Callable[[str, Lanes, Lanes], Lanes]  # image, x, y → (lanes, channels)
-DTYPES = {"float": np.float32, "int": np.int32, "bool": np.bool_}
+DTYPES = {"float": np.float32, "int": np.int32, "bool": np.bool_, "index": np.int64, "long": np.int64}
 
 
 def _whole_divide(a: Lanes, b: Lanes) -> Lanes:
@@ -46,6 +46,8 @@ COMPUTE: dict[str, Callable[..., Lanes]] = {
     "shift_left": lambda a, b: a << (b & 31), "shift_right": lambda a, b: a >> (b & 31),
     "bits_from_float": lambda a: a.view(np.int32), "float_from_bits": lambda a: a.view(np.float32),
     "to_float": lambda a: a, "to_int": lambda a: _whole(a) if a.dtype.kind == "f" else a,
+    "to_long": lambda a: a, "to_index": lambda a: a,
+    "decode": lambda a: a.astype(np.uint16).view(np.float16), "encode": lambda a: a,
 }  # fmt: skip
 
 
@@ -82,7 +84,12 @@ class Evaluator:
 
     def run(self, i: s.Instruction, active: Lanes) -> None:
         if isinstance(i, s.Op):
-            result = COMPUTE[i.operation](*(self.get(a) for a in i.arguments))
+            if i.on in ("index", "long"):
+                given = [self.get(a).astype(np.int64) for a in i.arguments]
+                result = COMPUTE[i.operation](*given)
+                assert i.to.type != "index" or (np.abs(result + 0.5) < 2.0**31).all(), f"{i} overflows"
+            else:
+                result = COMPUTE[i.operation](*(self.get(a) for a in i.arguments))
             if i.to.type == "int" and result.dtype.kind in "if":
                 result = ((result.astype(np.int64) + 2**31) & 0xFFFFFFFF) - 2**31
             self.put(i.to, result)
@@ -100,6 +107,15 @@ class Evaluator:
             for channel, to in enumerate(i.to):
                 if to is not None:
                     self.put(to, texel[:, channel])
+        elif isinstance(i, s.Load):
+            index, buffer = self.get(i.index), self.blocks[i.image]
+            for to, place in zip(i.to, i.places, strict=True):
+                if to is not None:
+                    assert ((index + place >= 0) & (index + place < len(buffer))).all(), f"{i} leaves its buffer"
+                    self.put(to, buffer[index + place])
+        elif isinstance(i, s.Store):
+            for value, place in zip(i.values, i.places, strict=True):
+                self.blocks[f"out{i.output}"][self.get(i.index) + place] = self.get(value)
         elif isinstance(i, s.Read):
             self.put(i.to, self.variables[i.variable])
         elif isinstance(i, s.Write):

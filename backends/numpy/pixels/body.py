@@ -80,7 +80,7 @@ class Stretch:
     """Emits the loop along a row."""
 
     def __init__(self, b: Lanes, stage: StageLayout, frame: Any) -> None:
-        self.b, self.stage, self.program = b, stage, stage.program
+        self.b, self.stage, self.program = b, stage, stage.lowered
         self.entries = Entries(b, stage.frame, frame)
 
     def emit(self, y: Any, begin: Any, last: Any) -> None:
@@ -134,17 +134,16 @@ class PixelBody(LaneBody):
     def __init__(self, place: Stretch, y: Any, row: int, at: Any) -> None:
         b, stage, entries = place.b, place.stage, place.entries
         self.place, self.row, self.at = place, row, at
-        sizes = {f"output_size.{axis}": name for axis, name in enumerate(("width", "height"))}
+        names = {f"output_size.{axis}": name for axis, name in enumerate(("width", "height"))}
         for image, use in enumerate(stage.program.images):
-            sizes |= {f"size.{use.name}.{axis}": f"im{image}_{'wh'[axis]}" for axis in range(2)}
-        read = {name for name, _ in stage.program.builtins}
-        sizes_of_images = {name: entries[place] for name, place in sizes.items() if name in read}
-        apart = any(use.relative and use not in stage.near for use in stage.program.images)
-        if apart or read & {"pixel.0", "pixel.1"}:
-            sizes_of_images["pixel.0"] = b.add(b.trunc(at, I32), b.counting(I32))
-            sizes_of_images["pixel.1"] = b.add(b.trunc(y, I32), llvm.Constant(I32, row))
-        super().__init__(place.program, b, sizes_of_images, entries, b.spread(llvm.Constant(BOOL, 1)), stage.images)
-        self.views = {(view.image, view.border): number for number, view in enumerate(stage.views)}
+            names |= {f"size.{use.name}.{axis}": f"im{image}_{'wh'[axis]}" for axis in range(2)}
+            names[f"pitch.{use.name}"] = f"im{image}_p"
+        read = {name for name, _ in place.program.builtins}
+        given = {name: entries[entry] for name, entry in names.items() if name in read}
+        if read & {"pixel.0", "pixel.1"}:
+            given["pixel.0"] = b.add(b.trunc(at, I32), b.counting(I32))
+            given["pixel.1"] = b.add(b.trunc(y, I32), llvm.Constant(I32, row))
+        super().__init__(place.program, b, given, entries, b.spread(llvm.Constant(BOOL, 1)), stage.images)
 
     def stored(self) -> list[Any]:
         """Emit everything; return the outputs' stored numbers."""
@@ -158,12 +157,8 @@ class PixelBody(LaneBody):
             )
         return numbers_of_outputs
 
-    def texel(self, i: s.LoadTexel) -> None:
-        at = self.views.get((self.numbers[i.image], i.border)) if i.relative else None
-        if at is None:
-            super().texel(i)
-            return
-        b, stage, entries = self.builder, self.place.stage, self.place.entries
+    def view(self, i: s.LoadView) -> None:
+        b, stage, entries, at = self.builder, self.place.stage, self.place.entries, i.view
         view, unit = stage.views[at], stage.alike
         if isinstance(i.y, s.Lit):
             row = entries.row(stage.frame.view(at, view.up + self.row + int(i.y.value)))

@@ -12,6 +12,7 @@ from passgraph.backends.numpy.machine.workers import ROOM
 from passgraph.backends.numpy.pixels.chains import Stage, Work, near_images, reach
 from passgraph.backends.numpy.pixels.channels import before_rounding, selection, single_channel
 from passgraph.backends.numpy.storage import FLOAT
+from passgraph.backends.numpy.vector.lane_body import for_lanes
 from passgraph.cached import cached_property
 from passgraph.formats import Format
 from passgraph.language import scalar as s
@@ -158,6 +159,12 @@ class StageLayout:
     @property
     def program(self) -> s.ScalarProgram:
         return self._selection or self._single or self._before_rounding
+
+    @cached_property
+    def lowered(self) -> s.ScalarProgram:
+        """Return the program that the body emits."""
+        names = [use.name for use in self.program.images]
+        return for_lanes(self.program, {(names[v.image], v.border): number for number, v in enumerate(self.views)})
 
     @cached_property
     def reach(self) -> Halo:

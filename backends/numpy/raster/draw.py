@@ -19,7 +19,7 @@ from passgraph.backends.numpy.raster import entries, layout
 from passgraph.backends.numpy.raster.fragments import found_in, image_names, image_sizes, is_deferred
 from passgraph.backends.numpy.raster.layout import TILE
 from passgraph.backends.numpy.raster.paint import Deferred, Ordered, Triangles
-from passgraph.backends.numpy.vector.lane_body import LaneBody
+from passgraph.backends.numpy.vector.lane_body import LaneBody, for_lanes
 from passgraph.backends.numpy.vector.lanes import F32, F64, I64, Lanes, counting
 from passgraph.cached import cached_property
 from passgraph.formats import Format
@@ -82,13 +82,14 @@ def _text(step: DrawStep, name: str) -> str:
     with counting(b, first, last, llvm.Constant(I64, b.lanes)) as at:
         vertex = b.add(at, b.counting(I64))
         mask = b.icmp_signed("<", vertex, last)
-        builtins = image_sizes(step.vertex, memory)
-        for builtin in (name for name, _ in step.vertex.builtins if name not in builtins):
+        program = for_lanes(step.vertex)
+        builtins = image_sizes(program, memory)
+        for builtin in (name for name, _ in program.builtins if name not in builtins):
             attribute, _, component = builtin.removeprefix("vertex.").partition(".")
             first = b.mul(vertex, llvm.Constant(I64, ATTRIBUTES[attribute][1]))
             index = b.add(first, llvm.Constant(I64, int(component or 0)))
             builtins[builtin] = b.load_at(memory[attribute], index, F32, mask)
-        results = LaneBody(step.vertex, b, builtins, memory, mask, _image_formats(step)).results()
+        results = LaneBody(program, b, builtins, memory, mask, _image_formats(step)).results()
         for part, value in enumerate(results[:4]):
             index = b.add(b.mul(vertex, llvm.Constant(I64, 4)), llvm.Constant(I64, part))
             b.store_at(memory["clip"], index, b.fpext(value, F64), F64, mask)

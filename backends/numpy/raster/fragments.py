@@ -11,7 +11,7 @@ from passgraph.backends.numpy.machine.machine_code import Code, function_code, l
 from passgraph.backends.numpy.raster.layout import SPAN_ROWS, TILE, is_of_triangle
 from passgraph.backends.numpy.raster.planes import Blocks, interpolated, plane_numbers
 from passgraph.backends.numpy.storage import FLOAT
-from passgraph.backends.numpy.vector.lane_body import LaneBody
+from passgraph.backends.numpy.vector.lane_body import LaneBody, for_lanes
 from passgraph.backends.numpy.vector.lanes import BOOL, F32, I8, I32, I64, Lanes, counting
 from passgraph.backends.numpy.vector.texels import element, rounded, store
 from passgraph.formats import Format
@@ -59,9 +59,10 @@ def found_in(b: Lanes, context: Any, names: Sequence[str]) -> dict[str, Any]:
 
 
 def image_sizes(program: ScalarProgram | None, memory: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the builtins with the sizes of images."""
-    uses = enumerate(() if program is None else program.images)
-    return {f"size.{use.name}.{axis}": memory[f"im{number}_{'wh'[axis]}"] for number, use in uses for axis in range(2)}
+    """Return the builtins with the sizes of images, and the lengths of their rows."""
+    images = list(enumerate(() if program is None else program.images))
+    sizes = {f"size.{use.name}.{axis}": memory[f"im{number}_{'wh'[axis]}"] for number, use in images for axis in (0, 1)}
+    return sizes | {f"pitch.{use.name}": memory[f"im{number}_p"] for number, use in images}
 
 
 def _image_formats(step: DrawStep) -> tuple[Format, ...]:
@@ -100,7 +101,7 @@ class Fragments:
         b, program = self.builder, self.program
         if program is None:
             return [], mask
-        body = LaneBody(program, b, builtins, self.memory, mask, _image_formats(self.step))
+        body = LaneBody(for_lanes(program), b, builtins, self.memory, mask, _image_formats(self.step))
         results = [b.spread(value) for value in body.results()]
         return results, mask if program.keep is None else b.and_(mask, body.operand(program.keep))
 
@@ -402,6 +403,8 @@ class _Merge(Fragments):
                 parts_of_blend |= {
                     f"destination.{c}": part for c, part in enumerate(self.blocks.load(places, count, format_))
                 }
-                parts = [b.spread(value) for value in LaneBody(blend, b, parts_of_blend, {}, passed).results()]
+                parts = [
+                    b.spread(value) for value in LaneBody(for_lanes(blend), b, parts_of_blend, {}, passed).results()
+                ]
             none = b.spread(llvm.Constant(BOOL, 0))
             self.blocks.store(places, parts, [passed if written else none for written in mask], format_)

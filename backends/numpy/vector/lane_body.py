@@ -5,7 +5,7 @@ LLVM's own vectorizer gives up on loops and branches inside a loop over pixels; 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from passgraph.backends.numpy.machine import llvm
@@ -18,25 +18,33 @@ from passgraph.backends.numpy.vector.lanes import (
     I64,
     TYPES,
     Lanes,
-    border,
     constant,
     emit_operation,
     is_vector,
-    offset_within,
     zeros,
 )
-from passgraph.backends.numpy.vector.texels import Window, decoded, element, rounded, scattered, windows_of
+from passgraph.backends.numpy.vector.texels import decoded, element, rounded, scattered
 from passgraph.formats import Format
 from passgraph.language import scalar as s
-from passgraph.language.borders import BORDERS
+from passgraph.language.lowering import lowered
+from passgraph.language.lowering.buffers import Buffer, TexelsInBuffers
 
 #: Branches with more instructions than this, or with loops, are skipped if no lane takes them.
 MAX_UNCONDITIONAL = 12
+LOADS = (s.Load, s.LoadView, s.LoadWindow)
+
+
+def for_lanes(program: s.ScalarProgram, views: Mapping[tuple[str, str], int] | None = None) -> s.ScalarProgram:
+    """Return the program that a `LaneBody` emits; ``views`` number the images whose rows the caller keeps."""
+    buffers = {use.name: Buffer() for use in program.images}
+    return lowered(program, [TexelsInBuffers(buffers, views=views or {}, windows=True)])
 
 
 class LaneBody:
-    """Emits a program; ``given`` are the builtins, ``memory`` pointers and sizes by name, ``formats`` the images'
-    formats."""
+    """Emits a program of :func:`for_lanes`.
+
+    ``given`` are the builtins, ``memory`` pointers and sizes by name, ``formats`` the images' formats.
+    """
 
     def __init__(
         self, program: s.ScalarProgram, builder: Lanes, builtins: dict[str, Any], memory: dict[str, Any], mask: Any,
@@ -47,7 +55,7 @@ class LaneBody:
         self.numbers = {use.name: i for i, use in enumerate(program.images)}
         self.values: dict[int, Any] = {}
         self.tables: dict[str, Any] = {}
-        self.windows = windows_of(program)
+        self.rarely = False  # True in code that seldom runs
         self.slots = {name: self._slot(TYPES[kind]) for name, kind in program.variables}
         self.arrays = {name: self._array(HELD[kind], length) for name, kind, length in program.arrays}
         self.straight = s.is_straight(program)
@@ -83,7 +91,7 @@ class LaneBody:
     def _is_steady(self, i: s.Instruction) -> bool:
         """Return True if an instruction of a branchless program is uniform, and so is computed before the pixel
         loop."""
-        if isinstance(i, (s.LoadTexel, s.LoadBuiltin)):
+        if isinstance(i, (*LOADS, s.LoadBuiltin)):
             return False
         entry = self.builder.function.entry_basic_block
         return all(
@@ -145,8 +153,12 @@ class LaneBody:
             b.store(b.spread(llvm.Constant(BOOL, 0)), self.mask)
         elif isinstance(i, s.LoadTable):
             self.values[i.to.id] = self._table(i)
-        elif isinstance(i, s.LoadTexel):
-            self.texel(i)
+        elif isinstance(i, s.Load):
+            self.load(i)
+        elif isinstance(i, s.LoadWindow):
+            self._window(i)
+        elif isinstance(i, s.LoadView):
+            self.view(i)
         elif isinstance(i, s.If):
             self._if(i)
         elif isinstance(i, s.For):
@@ -198,78 +210,53 @@ class LaneBody:
             self.tables[i.table] = llvm.GlobalVariable(b.module, array)
         return self._entry(self.tables[i.table], self.operand(i.index), TYPES[i.to.type])
 
-    def texel(self, i: s.LoadTexel) -> None:
-        """Load a texel anywhere in its picture."""
-        results = [value.id for value in s.results_of(i)]
-        window = self.windows.get(results[0]) if results and not i.relative else None
-        if window is not None and is_vector(self.operand(window.base)):
-            if results[0] not in self.values:
-                self._window(window)
-            return
-        number, b = self.numbers[i.image], self.builder
-        x, y = self.operand(i.x), self.operand(i.y)
-        width, height, pitch = (self.memory[f"im{number}{end}"] for end in ("_w", "_h", "_p"))
-        if i.relative:
-            x = b.add(self.given["pixel.0"], offset_within(b, i.border, x, width))
-            y = b.add(self.given["pixel.1"], offset_within(b, i.border, y, height))
-        inner_x, inner_y = border(b, i.border, x, width), border(b, i.border, y, height)
-        outside = None
-        if BORDERS[i.border].blank:
-            outside = b.or_(b.icmp_signed("!=", inner_x, x), b.icmp_signed("!=", inner_y, y))
-        pixel = b.add(b.mul(inner_y, pitch), inner_x)
-        self.keep(i, self._channels(number, pixel, [c for c, value in enumerate(i.to) if value is not None]), outside)
+    def load(self, i: s.Load) -> None:
+        """Load channels of texels anywhere in their picture."""
+        channels = [place for place, value in zip(i.places, i.to, strict=True) if value is not None]
+        self.keep(i, self._channels(self.numbers[i.image], self.operand(i.index), channels))
 
-    def _window(self, window: Window) -> None:
+    def _window(self, i: s.LoadWindow) -> None:
         """Load all texels of a window: together if it is inside the picture for every active lane, else one by one."""
-        b, first = self.builder, window.loads[0]
-        number, low, high = self.numbers[first.image], window.offsets[0], window.offsets[-1]
-        picture, width, height, pitch = (self.memory[f"im{number}{end}"] for end in ("", "_w", "_h", "_p"))
-        x, y = self.operand(window.base), self.operand(first.y)
-        inner_y = border(b, first.border, y, height)
-        row, least = b.mul(inner_y, pitch), llvm.Constant(I32, max(0, -low))
-        inside = b.and_(
-            b.icmp_signed(">=", x, least), b.icmp_signed("<", x, b.sub(width, llvm.Constant(I32, max(0, high))))
-        )
+        b, inside = self.builder, self.operand(i.inside)
+        if not is_vector(inside):
+            self.block(i.apart)
+            self.keep(i, [self.operand(value) for value in i.singly])
+            return
+        number, first = self.numbers[i.image], self.operand(i.first)
         together, apart, behind = (b.append_basic_block(name) for name in ("together", "apart", "behind"))
         b.cbranch(b.all(b.or_(inside, b.not_(self._at_work()))), together, apart, (1000, 1))
         b.position_at_end(together)
-        start = b.add(b.select(inside, x, least), llvm.Constant(I32, low))
-        format_ = self.formats[number]
-        texels = scattered(b, picture, b.add(row, start), 1, [offset - low for offset in window.offsets], format_)
+        texels = scattered(b, self.memory[f"im{number}"], first, 1, i.places, self.formats[number])
         b.branch(behind)
         b.position_at_end(apart)
-        singly = []
-        for offset in window.offsets:
-            at = b.add(x, llvm.Constant(I32, offset))
-            inner_x = border(b, first.border, at, width)
-            (loaded,) = scattered(b, picture, b.add(row, inner_x), 1, [0], format_, rarely=True)
-            if BORDERS[first.border].blank:
-                loaded = b.select(b.icmp_signed("!=", inner_x, at), llvm.Constant(F32, 0.0), loaded)
-            singly.append(loaded)
+        self.rarely = True
+        self.block(i.apart)
+        self.rarely = False
+        singly = [b.spread(self.operand(value)) for value in i.singly]
         b.branch(behind)
         b.position_at_end(behind)
-        either = [b.phi(b.vector(F32)) for _ in window.loads]
+        either = [b.phi(b.vector(F32)) for _ in i.to]
         for phi, *values in zip(either, texels, singly, strict=True):
             for value, block in zip(values, (together, apart), strict=True):
                 phi.add_incoming(value, block)
-        outside = b.icmp_signed("!=", inner_y, y) if BORDERS[first.border].blank else None
-        for load, phi in zip(window.loads, either, strict=True):
-            self.keep(load, [phi], outside)
+        self.keep(i, either)
 
     def _channels(self, number: int, pixel: Any, channels_read: list[int]) -> list[Any]:
         b, picture, channels = self.builder, self.memory[f"im{number}"], self.program.images[number].channels
         format_ = self.formats[number]
         if is_vector(pixel):
-            return scattered(b, picture, pixel, channels, channels_read, format_)
+            return scattered(b, picture, pixel, channels, channels_read, format_, rarely=self.rarely)
         first, kind = b.mul(b.sext(pixel, I64), llvm.Constant(I64, channels)), element(format_)
         places = [b.add(first, llvm.Constant(I64, channel)) for channel in channels_read]
         return [decoded(b, b.load_at(picture, place, kind, steady=True), format_) for place in places]
 
-    def keep(self, i: s.LoadTexel, loaded: list[Any], outside: Any = None) -> None:
-        """Store loaded values as the instruction's results; 0 ``outside`` of the picture."""
-        for value, number in zip((value for value in i.to if value is not None), loaded, strict=True):
-            b = self.builder
-            self.values[value.id] = number if outside is None else b.select(outside, llvm.Constant(F32, 0.0), number)
+    def view(self, i: s.LoadView) -> None:
+        """Load texels beside consecutive pixels."""
+        raise AssertionError(i)  # only pixel passes keep views
+
+    def keep(self, i: s.Load | s.LoadView | s.LoadWindow, loaded: list[Any]) -> None:
+        """Store loaded values as the instruction's results."""
+        self.values |= {value.id: number for value, number in zip(s.results_of(i), loaded, strict=True)}
 
     # Control
 
@@ -352,7 +339,7 @@ class LaneBody:
 
 def _long(body: tuple[s.Instruction, ...]) -> bool:
     listed = list(s.walk(body))
-    return len(listed) > MAX_UNCONDITIONAL or any(isinstance(i, (s.For, s.LoadTexel)) for i in listed)
+    return len(listed) > MAX_UNCONDITIONAL or any(isinstance(i, (s.For, *LOADS)) for i in listed)
 
 
 def _counter(loop: s.For) -> tuple[int, int, int]:

@@ -17,11 +17,11 @@ import numpy as np
 from passgraph.backends.numpy.machine import llvm
 from passgraph.formats import Format
 from passgraph.language import scalar as s
-from passgraph.language.borders import BORDERS, border_program, computed, period_program
+from passgraph.language.borders import border_program, computed
 
 F32, F64, I32, I64, BOOL = llvm.FloatType(), llvm.DoubleType(), llvm.IntType(32), llvm.IntType(64), llvm.IntType(1)
 I8 = llvm.IntType(8)
-TYPES = {"float": F32, "int": I32, "bool": BOOL}
+TYPES = {"float": F32, "int": I32, "bool": BOOL, s.INDEX: I32}
 #: Types of array entries; bits would be packed.
 HELD = TYPES | {"bool": I32}
 
@@ -131,12 +131,6 @@ _BOOL: dict[str, Callable[..., Any]] = {
     "to_float": lambda b, x: b.uitofp(x, F32),
     "to_int": lambda b, x: b.zext(x, I32),
 }
-_ROWS = {"float": _FLOAT, "int": _INT, "bool": _BOOL}
-
-
-def emit_operation(builder: Any, name: str, on: str, arguments: list[Any]) -> Any:
-    """Return the value of a primitive operation."""
-    return _ROWS[on][name](builder, *arguments)
 
 
 class Written(llvm.Constant):
@@ -392,23 +386,10 @@ def floor_modulo(b: Any, value: Any, size: Any) -> Any:
     return b.select(b.icmp_signed(">=", rest, size), b.sub(rest, size), rest)
 
 
-def offset_within(b: Any, rule: str, offset: Any, size: Any) -> Any:
-    """Reduce an offset to an equivalent one by the border rule that cannot overflow 32 bits."""
-    if BORDERS[rule].period:
-        period = _computed(b, period_program(rule), {"size": size})
-        return b.sub(floor_modulo(b, offset, period), period)
-    far = b.add(size, size)
-    return _at_most(b, _at_least(b, offset, b.sub(llvm.Constant(I32, 0), far)), far)
-
-
 def border(b: Any, rule: str, coordinate: Any, size: Any) -> Any:
     """Map a coordinate into range; without vectors a plain builder works too."""
-    return _computed(b, border_program(rule), {"i": coordinate, "size": size})
-
-
-def _computed(b: Any, program: s.ScalarProgram, values: dict[str, Any]) -> Any:
-    """Return the output of an int program without branches."""
-    return computed(program, values, lambda name, *given: _WHOLE[name](b, *given), lambda n: llvm.Constant(I32, n))
+    inputs = {"i": coordinate, "size": size}
+    return computed(border_program(rule), inputs, lambda name, *given: _INDEX[name](b, *given), _int)
 
 
 def _at_least(b: Any, value: Any, low: Any) -> Any:
@@ -419,8 +400,16 @@ def _at_most(b: Any, value: Any, high: Any) -> Any:
     return b.select(b.icmp_signed(">", value, high), high, value)
 
 
-#: Operations of border rules, for scalars and vectors.
-_WHOLE: dict[str, Callable[..., Any]] = {
+#: Operations on addresses, for scalars and vectors.
+_INDEX: dict[str, Callable[..., Any]] = {
     "add": lambda b, x, y: b.add(x, y), "sub": lambda b, x, y: b.sub(x, y), "mul": lambda b, x, y: b.mul(x, y),
-    "neg": lambda b, x: b.sub(llvm.Constant(I32, 0), x), "min": _at_most, "max": _at_least, "int_mod": floor_modulo,
+    "neg": lambda b, x: b.sub(_int(0), x), "min": _at_most, "max": _at_least, "int_mod": floor_modulo,
+    "not_equal": lambda b, x, y: b.icmp_signed("!=", x, y), "less": lambda b, x, y: b.icmp_signed("<", x, y),
+    "greater_equal": lambda b, x, y: b.icmp_signed(">=", x, y),
 }  # fmt: skip
+_ROWS = {"float": _FLOAT, "int": _INT, "bool": _BOOL, s.INDEX: _INDEX}
+
+
+def emit_operation(builder: Any, name: str, on: str, arguments: list[Any]) -> Any:
+    """Return the value of a primitive operation."""
+    return _ROWS[on][name](builder, *arguments)

@@ -48,7 +48,7 @@ class _Check:
 
     def block(self, body: Iterable[s.Instruction], loops: int) -> None:
         for i in body:
-            if isinstance(i, (s.If, s.For)):
+            if isinstance(i, (s.If, s.For, s.LoadWindow)):
                 self.nested(i, loops)
             elif isinstance(i, (s.Break, s.Continue)):
                 self.expect(loops > 0, i, "leaves a loop", "outside of every loop", "inside of one")
@@ -57,18 +57,25 @@ class _Check:
             for value in s.results_of(i):
                 self.define(value, i)
 
-    def nested(self, i: s.If | s.For, loops: int) -> None:
+    def nested(self, i: s.If | s.For | s.LoadWindow, loops: int) -> None:
         outside = self.known
         if isinstance(i, s.If):
             self.use(i.condition, "bool", i)
+        elif isinstance(i, s.LoadWindow):
+            self.use(i.inside, "bool", i)
+            self.use(i.first, s.LONG, i)
+            self.channels(i, 1)
         else:
             self.expect(i.step != 0, i, "counts", f"a step of {i.step}", "another one")
             loops += 1
-        for block in (i.then, i.orelse) if isinstance(i, s.If) else (i.body,):
+        for block in _blocks(i):
             self.known = dict(outside)
             if isinstance(i, s.For):
                 self.define(i.index, i)
             self.block(block, loops)
+            if isinstance(i, s.LoadWindow):
+                for value in i.singly:
+                    self.use(value, "float", i)
         self.known = outside
 
     def single(self, i: s.Instruction) -> None:
@@ -89,6 +96,10 @@ class _Check:
         elif isinstance(i, s.LoadTexel):
             for place in (i.x, i.y):
                 self.use(place, "float" if i.filtered else "int", i)
+            self.channels(i, len(i.to))
+        elif isinstance(i, s.LoadView):
+            for place in (i.x, i.y):
+                self.use(place, "int", i)
             self.channels(i, len(i.to))
         elif isinstance(i, s.Load):
             self.use(i.index, s.LONG, i)
@@ -134,7 +145,7 @@ class _Check:
         result = _LETTERS.get(row.result, i.on) if row.result not in row.operands else i.on
         return (i.on,) * len(row.operands), result
 
-    def channels(self, i: s.LoadTexel | s.Load, count: int) -> None:
+    def channels(self, i: s.LoadTexel | s.Load | s.LoadView | s.LoadWindow, count: int) -> None:
         use = self.images.get(i.image)
         self.expect(use is not None, i, "reads an image", i.image, f"one of {sorted(self.images)}")
         assert use is not None
@@ -165,3 +176,9 @@ class _Check:
                 f"{self.program.name}, {self.when}: {text} {does}: got {got}, expected {expected}; this is a fault of "
                 "passgraph: please report it with the text of the kernel"
             )
+
+
+def _blocks(i: s.If | s.For | s.LoadWindow) -> tuple[tuple[s.Instruction, ...], ...]:
+    if isinstance(i, s.If):
+        return i.then, i.orelse
+    return (i.body,) if isinstance(i, s.For) else (i.apart,)

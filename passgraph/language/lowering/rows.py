@@ -17,7 +17,7 @@ LOWERED: Mapping[str, Mapping[str, tuple[int, str]]] = {
         **dict.fromkeys(("add", "sub", "mul", "min", "max"), (2, INDEX)),
         "int_mod": (2, INDEX),  # by a positive number
         "neg": (1, INDEX),
-        "not_equal": (2, "bool"),
+        **dict.fromkeys(("not_equal", "less", "greater_equal"), (2, "bool")),
         "to_long": (1, LONG),
     },
     "float": {"to_index": (1, INDEX)},  # of a whole number within 32 bits
