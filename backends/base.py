@@ -272,9 +272,9 @@ class Backend(ABC):
         return ""
 
     def pixel_chain(self, steps: Sequence[PixelStep]) -> ChainRunner | None:
-        """Compile consecutive pixel passes as one unit, see :mod:`passgraph.plan.fuse`; results must be bit-identical.
+        """Compile consecutive pixel passes as one, see :mod:`passgraph.plan.chains`; results must be bit-identical.
 
-        Only these passes read the pictures between them.  None if fusing has no advantage: the passes then run one by
+        Only these passes read the pictures between them.  None if a chain has no advantage: the passes then run one by
         one.
         """
         return None

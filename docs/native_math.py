@@ -1,6 +1,6 @@
-"""Measure exact and native math: ``python docs/native_math.py [fused]`` writes the tables of docs/native-math.md.
+"""Measure exact and native math, and write the tables of docs/native-math.md: ``docs/native_math.py [contracted]``
 
-Errors of functions on each device, then time and error of the built-in effects in both modes.  With ``fused`` only the
+Errors of functions on each device, then time and error of the built-in effects in both modes; or the
 table of times on processors, where native math changes nothing but products in sums.
 """
 
@@ -34,8 +34,8 @@ is in the [table of operations](kernels.md#functions-of-numbers).
 #: Sizes for times and for errors: the reference takes seconds for a large picture.
 SIZE, SMALL = (1280, 720), (160, 90)
 ROUNDS = 15
-FUSED_BEGIN, FUSED_END = "<!-- docs/native_math.py fused writes this table -->", "<!-- end of the table -->"
-FUSED = ("bilateral", "film-grain", "tone-map", "vignette")
+TABLE_BEGIN, TABLE_END = "<!-- docs/native_math.py contracted writes this table -->", "<!-- end of the table -->"
+CONTRACTED = ("bilateral", "film-grain", "tone-map", "vignette")
 EIGHT = """
 def eight_functions(c: Image) -> vec4:
     v = c[0, 0]
@@ -140,14 +140,14 @@ def effects_table(device: str, truths: dict[str, NDArray[np.float32]]) -> Iterat
             print(device, name, f"{native / exact:.2f}", file=sys.stderr)
 
 
-def fused_table() -> str:
+def contracted_table() -> str:
     """Return a table of times on processors: of all threads, which other work on the machine changes little."""
     title = f"Native / exact: processor time of frames of {SIZE[0]} × {SIZE[1]}, medians of 7 in turn, {date.today()}."
     lines = [f"{title}\n"]
     lines += ["| | `numpy` | `opencl` (PoCL) |", "|---|---:|---:|"]
     found = dict(graphs(SIZE))
     found["eight functions"] = pg.kernel(source=EIGHT)(pg.Input("frame", "rgba32f", SIZE, static=True))
-    for name in (*FUSED, "eight functions"):
+    for name in (*CONTRACTED, "eight functions"):
         ratios = []
         for device in ("numpy", "opencl"):
             with open_backend(device) as backend:
@@ -158,15 +158,15 @@ def fused_table() -> str:
     return "\n".join(lines)
 
 
-def write_fused() -> None:
-    head, _, rest = PAGE.read_text(encoding="utf-8").partition(FUSED_BEGIN)
-    table = fused_table()
-    PAGE.write_text(f"{head}{FUSED_BEGIN}\n\n{table}\n\n{FUSED_END}{rest.partition(FUSED_END)[2]}", encoding="utf-8")
+def write_contracted() -> None:
+    head, _, rest = PAGE.read_text(encoding="utf-8").partition(TABLE_BEGIN)
+    table = contracted_table()
+    PAGE.write_text(f"{head}{TABLE_BEGIN}\n\n{table}\n\n{TABLE_END}{rest.partition(TABLE_END)[2]}", encoding="utf-8")
 
 
 def main() -> None:
-    if sys.argv[1:] == ["fused"]:
-        write_fused()
+    if sys.argv[1:] == ["contracted"]:
+        write_contracted()
         return
     lines = [f"Taken {date.today()} on {platform.machine()}, 2 cores, Python {platform.python_version()}.\n"]
     lines += ["## Functions\n", _ERRORS]

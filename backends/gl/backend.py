@@ -73,7 +73,7 @@ class GLBackend(DriverBackend):
                 varyings=gl.integer(g.MAX_VARYINGS),
                 filters=() if gl.has.is_es else tuple(WRAP_MODES),  # ES filters float32 only with an extension
                 native=GLSL_ACCURACY,
-                fuses=True,
+                contracts=True,
                 trips=loop_trips(gl.text(g.RENDERER)),
                 not_kept=gl.has.not_kept(),
                 not_written=gl.has.not_drawn(),

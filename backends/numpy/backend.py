@@ -38,7 +38,7 @@ class NumpyBackend(Backend):
     """See :class:`passgraph.backends.base.Backend`."""
 
     name: ClassVar[str] = "numpy"
-    limits = Limits("numpy", pixels=MAX_PIXELS - 1, fuses=True)
+    limits = Limits("numpy", pixels=MAX_PIXELS - 1, contracts=True)
 
     def __init__(self, device: str | None = None) -> None:
         count = None if device is None else device_number(device)

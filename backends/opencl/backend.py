@@ -139,7 +139,7 @@ class OpenCLBackend(DriverBackend):
             numbers=self.max_bytes // 4,
             # PoCL's functions take 22 times as long on a CPU as ours (eight of them a pixel: 776 ms and 34 ms).
             native={} if self.is_cpu else OPENCL,
-            fuses=True,
+            contracts=True,
         )
 
     @classmethod

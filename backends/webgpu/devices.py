@@ -158,6 +158,6 @@ def limits_of(device: Any, name: str) -> Limits:
         varyings=4 * (limits["max-inter-stage-shader-variables"] - 1),
         filters=tuple(WRAP_MODES) if FILTERS in device.features else (),
         native=WGSL,
-        # Not `fuses`: WGSL lets compilers reorder the sums of `fma`, and results leave all bounds.
+        # Not `contracts`: WGSL lets compilers reorder the sums of `fma`, and results leave all bounds.
         trips=65_535 if name.startswith("llvmpipe") else NONE,
     )

@@ -169,7 +169,7 @@ class Attachment:
         frame : returns the framebuffer of a frame, called with the engine's context current; None to skip the frame
         camera : the caller's camera, as for `View.of`, or a function that returns it; None takes the engine's
         engine_camera : returns the engine's camera of the frame
-        isolation : how the engine's state is protected, see `passgraph.backends.gl.Host.current`
+        isolation : how the engine's state is protected, see `passgraph.hosts.gl.Host.current`
         """
         self.engine = engine
         self.error: BaseException | None = None

@@ -123,7 +123,7 @@ class Named:
 
 @dataclass(frozen=True)
 class OutputFile:
-    """A picture file that a worker writes as :meth:`ToPictures.prepare` does.
+    """A picture file that a worker writes as `passgraph.files.sequences.ToPictures.prepare` does.
 
     ``folder`` is the inode number of its folder, ``frame`` the frame's name for errors, and ``notes`` the metadata
     that it keeps of the source file.

@@ -165,13 +165,13 @@ class Emitter:
         #: it.
         self.places: dict[int, tuple[float, float]] = {}
         self.trip_bounds = Ranges(self.made, ChainMap(self.places, self.ranges))
-        #: Factors of the products of the kernel being lowered, by value, if it fuses them with sums.
+        #: Factors of the products of the kernel being lowered, by value, if it contracts them with sums.
         self.products: dict[int, tuple[s.Operand, ...]] | None = None
 
-    def begin_kernel(self, fuses: bool) -> None:
-        """Begin a kernel or a producer inside it: products are fused with sums of the same kernel only, so that
+    def begin_kernel(self, contracts: bool) -> None:
+        """Begin a kernel or a producer inside it: products are contracted with sums of the same kernel only, so that
         results do not depend on which passes are computed together."""
-        self.products = {} if fuses else None
+        self.products = {} if contracts else None
 
     # Values
 
@@ -217,7 +217,7 @@ class Emitter:
         return None
 
     def op(self, name: str, *arguments: s.Operand, span: Span = NOWHERE) -> s.Operand:
-        """Emit a primitive operation, folded, shared or fused with a product where possible."""
+        """Emit a primitive operation, folded, shared or contracted with a product where possible."""
         if self.products is None or arguments[0].type != "float":
             return self._op(name, arguments, span)
         if name in ("add", "sub"):

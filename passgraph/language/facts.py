@@ -57,7 +57,7 @@ class Facts:
     simplify: bool = True
     size: tuple[int, int] | None = None  # size of the output; as for images
     native: Mapping[str, Accuracy] = field(default_factory=dict)  # functions that the device itself computes
-    fuses: bool = False  # True if a product and a sum may be rounded once
+    contracts: bool = False  # True if a product and a sum may be rounded once
 
 
 @dataclass(frozen=True)

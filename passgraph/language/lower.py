@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cache
-from typing import TYPE_CHECKING, Any, TypeAlias, TypeGuard, cast
+from typing import Any, TypeAlias, TypeGuard, cast
 
 import numpy as np
 
@@ -27,9 +27,6 @@ from passgraph.language.parse import parse_kernel
 from passgraph.language.scope import host_numbers
 from passgraph.language.source import NOWHERE, Span, fail
 from passgraph.language.types import UINT, Array, Scalar, Type, component_count, element_of, held_as, plain_parts
-
-if TYPE_CHECKING:
-    pass
 
 
 class Elements:
@@ -263,7 +260,7 @@ class Lowering:
             else:
                 self._produce(pending.pop())
         if not self.arguments:
-            self.emitter.begin_kernel(self.facts.fuses)
+            self.emitter.begin_kernel(self.facts.contracts)
         self.block(self.program.body)
 
     def _producers(self) -> list[Fused]:
@@ -279,7 +276,7 @@ class Lowering:
         if fused.prefix in self.shared.fused:  # done for another reader, since it was put on the stack
             return
         producer = Lowering(fused.program, fused.facts, self.shared, fused.prefix)
-        self.emitter.begin_kernel(fused.facts.fuses)
+        self.emitter.begin_kernel(fused.facts.contracts)
         producer.block(producer.program.body)
         self.shared.fused[fused.prefix] = [list(o.values) for o in producer.outputs()]
         self.shared.sources.append(fused.program.source)

@@ -92,7 +92,7 @@ def check_type(limits: Range, type_: Type, name: str, span: Span) -> None:
 def check_numbers(limits: Range, numbers: NDArray[np.float64], type_: Type, name: str) -> None:
     """Raise InputError for a value outside of a range.
 
-    ``numbers`` are components from :func:`~.layout.components`.  Floats and limits are compared as float32.
+    ``numbers`` are components from :func:`~.uniform_layout.components`.  Floats and limits are compared as float32.
 
     Raises
     ------

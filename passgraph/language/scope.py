@@ -551,7 +551,7 @@ def typed_constant(value: object, type_: Type, path: str, span: Span) -> ir.Expr
 
 
 def host_numbers(value: object, type_: Type, path: str, span: Span) -> list[ir.Number]:
-    """Return a host value's numbers in component order (:func:`~.layout.in_order`); the error names ``path``."""
+    """Return a host value's numbers in component order (:func:`in_order`); the error names ``path``."""
     array = as_array(value)
     flat = in_order(array, type_)
     element = element_of(type_)

@@ -19,8 +19,8 @@ from passgraph.language.meanings import INT_MAX, INT_MIN
 MAX_DEPTH = 64
 #: Depth for a difference, both sides of which branch.
 MAX_DIFFERENCE_DEPTH = 4
-#: Largest rounding error of a sum or product of floats, relative and absolute: far above an ULP, to include fused and
-#: flushed results.
+#: Largest rounding error of a sum or product of floats, relative and absolute: far above an ULP, to include contracted
+#: and flushed results.
 ROUNDING, SMALLEST = 2.0**-20, 1e-30
 #: Below the largest float32: larger results may be infinite.
 LARGEST = 3.4e38

@@ -1,7 +1,7 @@
 """Build a plan from targets, phase by phase.
 
-collect → specialize → levels → cull, trim → fuse → order → lifetimes and memory → static → emit → limits.  Each phase
-takes and returns plain data, and records its decisions in ``notes``.
+collect → specialize → levels → cull, trim → fuse → order → lifetimes and memory → static → emit → limits.  The
+phases fill in one :class:`~passgraph.plan.work.Work`, and record their decisions in its ``notes``; the plan is new.
 """
 
 from __future__ import annotations

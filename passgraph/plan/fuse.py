@@ -1,81 +1,17 @@
-"""Fuse pixel passes: a producer read at the same pixel is inlined into its reader; chains keep rows in cache."""
+"""Fuse pixel passes: inline a producer that is read at the same pixel into its reader."""
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from passgraph.graph.run_values import Derived, Value
 from passgraph.graph.targets import InputSpec, Pass, PixelPass, Target
-from passgraph.language import scalar as s
 from passgraph.language.facts import Facts, Fused, ImageFacts, fused_in, inner_first
 from passgraph.language.lower_cache import lower_once
 from passgraph.language.scalar import count, trips
-from passgraph.plan.data import PixelStep, Plan, Step
 from passgraph.plan.limits import Limits
 from passgraph.plan.work import Lowered, Work
-
-#: Most steps of a chain.  The halo that a chain recomputes around each piece grows with its length, and one kernel of
-#: many passes compiles slowly; longer sequences of passes become several chains.
-MAX_STEPS = 16
-#: Most instructions of a chain's steps together: for longer ones, memory traffic is small compared with the
-#: computation.  Long steps run singly, so equal ones are compiled once (128 passes of some 80 instructions each: 12 s
-#: as chains, 3 s singly).
-MAX_INSTRUCTIONS = 2000
-
-
-class Chains:
-    """The possible starts and ends of a plan's chains; properties of the whole plan are computed once."""
-
-    def __init__(self, plan: Plan) -> None:
-        self.plan = plan
-        writers = Counter(resource for step in plan.steps for resource in step.writes)
-        #: Resource → the first and the last step that reads it.
-        readers: dict[int, tuple[int, int]] = {}
-        for number, step in enumerate(plan.steps):
-            for resource in step.reads:
-                readers[resource] = (readers.get(resource, (number, number))[0], number)
-        #: Number of instructions of each step.
-        self.lengths = [_instruction_count(step) for step in plan.steps]
-        never = (-1, len(plan.steps))
-        #: For each step the first and the last readers of its output, within the length of a chain.
-        self.spans: list[tuple[int, int]] = []
-        for number, step in enumerate(plan.steps):
-            spans = [(number, number)]
-            for written in step.writes:
-                picture = plan.resources[written]
-                stays = picture.persistent or picture.history is not None or writers[written] > 1
-                spans.append(never if stays else readers.get(written, (number, number)))
-            self.spans.append((min(first for first, _ in spans), max(last for _, last in spans)))
-
-    def ends(self, start: int) -> Iterator[int]:
-        """Yield the steps before which a chain that begins with step ``start`` may end, the longest chain first."""
-        if not self.plan.options.fuse:
-            return
-        closed: list[int] = []
-        last = start  # the last reader of what the chain's steps, except the last, write
-        length = 0
-        for end in range(start + 1, min(start + MAX_STEPS, len(self.plan.steps)) + 1):
-            length += self.lengths[end - 1]
-            if length > MAX_INSTRUCTIONS or not self._alike(start, end - 1):
-                break
-            if end > start + 1 and last < end:
-                closed.append(end)
-            first, last_reader = self.spans[end - 1]
-            last = max(last, last_reader if first >= start else len(self.plan.steps))
-        yield from reversed(closed)
-
-    def _alike(self, start: int, number: int) -> bool:
-        first, step = self.plan.steps[start], self.plan.steps[number]
-        if not isinstance(step, PixelStep) or step.known is not None:  # devices may implement it in their own way
-            return False
-        return step.size == first.size and step.static == first.static
-
-
-def _instruction_count(step: Step) -> int:
-    return s.count(step.program.body) if isinstance(step, PixelStep) else 0
-
 
 #: Longest fused program in instructions: compile time grows faster than the savings.  Live values exceed the registers
 #: long before, and a driver takes about a second to compile a kernel of this length.

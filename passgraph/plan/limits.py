@@ -41,7 +41,7 @@ class Limits:
     rounding : floats and ints are each padded to multiples of this many numbers
     filters : border rules under which its own filter may replace bilinear samples
     native : functions that ``math="native"`` lets it compute itself, with their accuracy
-    fuses : True if it multiplies and adds in one instruction, which ``math="native"`` then uses
+    contracts : True if it multiplies and adds in one instruction, which ``math="native"`` then uses
     varyings : numbers passed from a vertex kernel to the fragment kernel
     trips : loop iterations of one pixel, nested loops multiplied; a plan is rejected if every pixel makes more,
         whatever its data
@@ -62,7 +62,7 @@ class Limits:
     varyings: int = NONE
     filters: tuple[str, ...] = ()
     native: Mapping[str, Accuracy] = field(default_factory=dict)
-    fuses: bool = False
+    contracts: bool = False
     trips: int = NONE
     not_kept: Mapping[str, str] = field(default_factory=dict)
     not_written: Mapping[str, str] = field(default_factory=dict)

@@ -32,9 +32,9 @@ def native_functions(kernel: Kernel, work: Work) -> Mapping[str, Accuracy]:
     return work.limits.native if is_native(kernel, work) else {}
 
 
-def fuses_products(kernel: Kernel, work: Work) -> bool:
+def contracts_products(kernel: Kernel, work: Work) -> bool:
     """Return True if a kernel multiplies and adds in one instruction."""
-    return work.limits.fuses and is_native(kernel, work)
+    return work.limits.contracts and is_native(kernel, work)
 
 
 def image_facts(target: Target, where: str, work: Work, sized: bool = False, reader: Pass | None = None) -> ImageFacts:
@@ -74,8 +74,8 @@ def specialize_pass(lowered: Lowered, work: Work) -> None:
         stores = tuple(spec.format.store for spec in node.into)
         size = lowered.size if sized else None
         native = native_functions(node.kernel, work)
-        fuses = fuses_products(node.kernel, work)
-        lowered.facts = Facts(node.constants, images, stores, work.options.simplify, size, native, fuses)
+        contracts = contracts_products(node.kernel, work)
+        lowered.facts = Facts(node.constants, images, stores, work.options.simplify, size, native, contracts)
         lowered.program = lower_once(node.kernel.program, lowered.facts, work.programs)
         _filter_in_kernel(lowered, work)
         lowered.images = used_images(lowered.program, read, node, work)
@@ -117,10 +117,10 @@ def _specialize_draw(
     simplify = work.options.simplify
     native = native_functions(node.vertex, work)
     lowered.vertex_facts = Facts(node.constants, images, (), simplify, lowered.size, native)
-    # Products of vertex kernels are not fused: passes that draw one mesh need the same depths.
+    # Products of vertex kernels are not contracted: passes that draw one mesh need the same depths.
     shading = node.fragment or node.vertex
-    native, fuses = native_functions(shading, work), fuses_products(shading, work)
-    lowered.facts = Facts(node.constants, images, stores, simplify, size, native, fuses)
+    native, contracts = native_functions(shading, work), contracts_products(shading, work)
+    lowered.facts = Facts(node.constants, images, stores, simplify, size, native, contracts)
     vertex = lower_once(node.vertex.program, lowered.vertex_facts, work.programs)
     if node.fragment is not None:
         lowered.fragment = lower_once(node.fragment.program, lowered.facts, work.programs)

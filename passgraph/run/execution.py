@@ -19,8 +19,8 @@ from passgraph.graph.run_values import FRAME_INDEX, OUTPUT_SIZE, Derived, Value,
 from passgraph.language.long_arrays import picture_of
 from passgraph.language.scalar import ScalarProgram, UniformSlot
 from passgraph.language.uniform_layout import in_range
+from passgraph.plan.chains import Chains
 from passgraph.plan.data import CopyStep, DrawStep, PixelStep, Plan, Step
-from passgraph.plan.fuse import Chains
 from passgraph.run.caller_arrays import CallerArrays
 from passgraph.run.caller_arrays import Picture as Given
 from passgraph.run.result import Results
@@ -155,7 +155,7 @@ class Execution:
             for value in step.values.values()
             if isinstance(value, Derived) and value.by_value
         ]
-        #: Compiled steps, singly and with fused chains (under the chain's last step).
+        #: Compiled steps, singly and as chains (under the chain's last step).
         self._runs: list[tuple[Step, Execute]] = []
         self._chained: list[tuple[Step, Execute]] = []
         #: Steps that run as one unit, in order.
@@ -188,7 +188,7 @@ class Execution:
     # Compiling: each step becomes a function of this run's values.
 
     def _compile_next(self, chains: Chains) -> None:
-        """Compile the next chain that the backend can fuse, or else the next single step."""
+        """Compile the next chain that the backend runs as one, or else the next single step."""
         start = len(self._runs)
         for end in chains.ends(start):
             steps = self.plan.steps[start:end]

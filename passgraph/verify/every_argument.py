@@ -71,7 +71,7 @@ def measure_every(backend: Backend, name: str, math: Math = "exact", side: int =
     Parameters
     ----------
     name
-        One of :data:`OF_ONE_NUMBER`; for native math one that the device computes itself, or by fused products.
+        One of :data:`OF_ONE_NUMBER`; for native math one that the device computes itself, or by contracted products.
     side
         A chunk has ``side`` squared arguments: a power of two.
 

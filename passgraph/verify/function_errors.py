@@ -95,9 +95,9 @@ def _measured(backend: Backend, row: Operation, math: Math, side: int, seed: int
 
 
 def measurable(backend: Backend, math: Math, names: Iterable[str]) -> tuple[str, ...]:
-    """Return the functions whose results depend on this mode: all if products are fused, else the device's own."""
+    """Return the functions whose results depend on this mode: all if products are contracted, else the device's own."""
     limits = backend.limits
-    return tuple(name for name in names if math == "exact" or limits.fuses or name in limits.native)
+    return tuple(name for name in names if math == "exact" or limits.contracts or name in limits.native)
 
 
 def promised_by(row: Operation, math: Math, backend: Backend) -> str:

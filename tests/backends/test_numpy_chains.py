@@ -14,8 +14,8 @@ import passgraph as pg
 from passgraph.backends.numpy.pixels import chains
 from passgraph.effects import gaussian_blur
 from passgraph.effects.filters.blur import depth_aware_blur
+from passgraph.plan.chains import Chains
 from passgraph.plan.data import Step
-from passgraph.plan.fuse import Chains
 
 WIDE = """
 def wide(color: Image, left: Const[int], right: Const[int], up: Const[int], down: Const[int], by: float = 0.3) -> vec4:

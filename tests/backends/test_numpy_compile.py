@@ -160,7 +160,7 @@ def test_passes_alike_are_compiled_once(monkeypatch: pytest.MonkeyPatch, tmp_pat
     monkeypatch.setenv("PASSGRAPH_CACHE", str(tmp_path))
     monkeypatch.setattr(machine_code, "_codes", {})
     monkeypatch.setattr("passgraph.plan.fuse.MAX_FUSED_INSTRUCTIONS", 120)
-    monkeypatch.setattr("passgraph.plan.fuse.MAX_INSTRUCTIONS", 120)
+    monkeypatch.setattr("passgraph.plan.chains.MAX_INSTRUCTIONS", 120)
     with curves(60) as program:
         steps = program.plan.steps
         assert len(steps) > 8

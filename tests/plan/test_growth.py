@@ -18,8 +18,9 @@ from passgraph.backends.null import NullBackend
 from passgraph.graph.targets import Target
 from passgraph.language import lower_cache
 from passgraph.language.lower import Facts, Fused, ImageFacts, lower
+from passgraph.plan.chains import MAX_STEPS, Chains
 from passgraph.plan.data import PixelStep
-from passgraph.plan.fuse import MAX_FUSED_INSTRUCTIONS, MAX_STEPS, Chains
+from passgraph.plan.fuse import MAX_FUSED_INSTRUCTIONS
 from tests.corners import placed
 
 pytestmark = pytest.mark.slow
@@ -263,7 +264,7 @@ def test_chains_of_long_steps_are_short(monkeypatch: pytest.MonkeyPatch) -> None
     """What is compiled at once has a length, however many steps it is of."""
     with plan(unfused(40)) as program:
         length = len(program.plan.steps[0].program.body)  # type: ignore[union-attr]
-        monkeypatch.setattr("passgraph.plan.fuse.MAX_INSTRUCTIONS", 5 * length)
+        monkeypatch.setattr("passgraph.plan.chains.MAX_INSTRUCTIONS", 5 * length)
         assert [max(Chains(program.plan).ends(start)) for start in (0, 7)] == [5, 12]
-        monkeypatch.setattr("passgraph.plan.fuse.MAX_INSTRUCTIONS", length)
+        monkeypatch.setattr("passgraph.plan.chains.MAX_INSTRUCTIONS", length)
         assert list(Chains(program.plan).ends(0)) == []

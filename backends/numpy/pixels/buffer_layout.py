@@ -6,7 +6,6 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 from passgraph.backends.numpy.machine.workers import ROOM
 from passgraph.backends.numpy.pixels.chains import Stage, Work, near_images, reach
@@ -19,10 +18,6 @@ from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS
 from passgraph.language.scalar import nameless
 from passgraph.plan.window import Halo
-
-if TYPE_CHECKING:
-    pass
-
 
 #: Facts about an image that a body reads anywhere: address, width, height, row stride in pixels.
 IMAGE = ("", "_w", "_h", "_p")

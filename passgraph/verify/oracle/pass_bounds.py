@@ -84,7 +84,7 @@ class Passes:
             self.frames.append((pictures, {name: value for name, value in frame.items() if name not in specs}))
         self._build = partial(build, outputs, size, bound, replace(OPTIONS, math=math))
         self.plan: Plan = self._build()
-        #: Plans for devices that filter under these border rules, call these functions, and fuse products.
+        #: Plans for devices that filter under these border rules, call these functions, and contract products.
         self._plans: dict[tuple[tuple[str, ...], tuple[tuple[str, Accuracy], ...], bool], Plan] = {}
         #: Results of :meth:`allowed`.
         self.found: dict[Promises, tuple[dict[Key, Picture], dict[Key, Allowed]]] = {}
@@ -113,14 +113,14 @@ class Passes:
             execution.release()
 
     def _plan_within(self, limits: Limits) -> Plan:
-        """Return the same steps, with other programs where a device filters, calls its own functions or fuses."""
+        """Return the same steps, with other programs where a device filters, calls its own functions or contracts."""
         filters = limits.filters if self._may_filter() else ()
-        native, fuses = (limits.native, limits.fuses) if self._may_be_native() else ({}, False)
-        if not filters and not native and not fuses:
+        native, contracts = (limits.native, limits.contracts) if self._may_be_native() else ({}, False)
+        if not filters and not native and not contracts:
             return self.plan
-        key = filters, tuple(native.items()), fuses
+        key = filters, tuple(native.items()), contracts
         if key not in self._plans:
-            self._plans[key] = self._build(Limits(filters=filters, native=native, fuses=fuses))
+            self._plans[key] = self._build(Limits(filters=filters, native=native, contracts=contracts))
         return self._plans[key]
 
     def _may_filter(self) -> bool:

@@ -64,8 +64,8 @@ def run(kernel: pg.Kernel, backend: str, math: str, **options: bool) -> np.ndarr
         return np.asarray(program(image=TEXELS)["k"])
 
 
-def operations(text: str, fuses: bool = True) -> list[str]:
-    body = lower(pg.kernel(source=text).program, Facts(fuses=fuses)).body
+def operations(text: str, contracts: bool = True) -> list[str]:
+    body = lower(pg.kernel(source=text).program, Facts(contracts=contracts)).body
     return [i.operation for i in walk(body) if isinstance(i, Op)]
 
 
@@ -101,7 +101,7 @@ def test_gl_prints_a_call() -> None:
 
 def test_only_sums_of_floats_are_fused() -> None:
     assert "fma" not in operations("def k(c: Image) -> float: return float(pixel().x * 3 + pixel().y)")
-    assert operations("def k(c: Image) -> float: return c[0, 0].x * c[0, 0].y + 1.0", fuses=False) == ["mul", "add"]
+    assert operations("def k(c: Image) -> float: return c[0, 0].x * c[0, 0].y + 1.0", contracts=False) == ["mul", "add"]
     assert operations("def k(c: Image) -> float: return c[0, 0].x * c[0, 0].y + 1.0") == ["fma"]
 
 
@@ -112,7 +112,7 @@ def k(c: Image) -> vec4:
     for i in range(100): t += c[int(float(i) * 0.5 + 1.5), 0]
     return t
 """
-    program = lower(pg.kernel(source=text).program, Facts(fuses=True))
+    program = lower(pg.kernel(source=text).program, Facts(contracts=True))
     assert "fma" in [i.operation for i in walk(program.body) if isinstance(i, Op)]
     low, high = program.images[0].x
     assert (low, high) == (1, 51)
