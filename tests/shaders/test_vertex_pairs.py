@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 
 import passgraph as pg
 from passgraph.errors import InputError, KernelError
+from passgraph.glsl import syntax
+from passgraph.language.source import Span
 from passgraph.shaders.containers.viewer_inputs import vertex_file, viewer_inputs
 from tests.offscreen import offscreen
 
@@ -216,6 +218,18 @@ def test_the_vertex_shader_is_found_by_its_name(tmp_path: Path, fragment: str, v
     ):
         (tmp_path / name).touch()
     assert vertex_file(tmp_path / fragment) == (None if vertex is None else tmp_path / vertex)
+
+
+def test_an_input_is_known_by_words_in_its_name() -> None:
+    corner, place = "vec4(pg_corner * 2.0 - 1.0, 0.0, 1.0)", "vec4(pg_corner, 0.0, 1.0)"
+    values = {
+        "vertex": corner, "inPosition": corner, "vertexCoord": corner, "aVertexTexCoord": place, "vertexUV": place,
+        "st": place, "vertexNormal": "vec4(0.0, 0.0, 1.0, 0.0)", "inColor": "vec4(1.0)",
+    }  # fmt: skip
+    for name, value in values.items():
+        span = Span("shown.vert", 1, 0, 1, name)
+        variable = syntax.Variable(span, name, syntax.TypeName(span, "vec2"), None)
+        assert viewer_inputs({}, []).at_corner(variable) == f"{value}.xy", name
 
 
 @pytest.mark.parametrize(

@@ -22,7 +22,7 @@ _NORMAL = "vec4(0.0, 0.0, 1.0, 0.0)"
 _WHITE = "vec4(1.0)"
 #: Words in names of inputs: the first that fits decides.
 _WORDS = (
-    (re.compile(r"tex|uv|^st$|_st$", re.IGNORECASE), _UV, "the position in the picture, from (0, 0) to (1, 1)"),
+    (re.compile(r"(?<!ver)tex|uv|^st$|_st$", re.IGNORECASE), _UV, "the position in the picture, from (0, 0) to (1, 1)"),
     (re.compile(r"norm", re.IGNORECASE), _NORMAL, "(0, 0, 1), toward the eye"),
     (re.compile(r"colo", re.IGNORECASE), _WHITE, "white"),
     (
