@@ -118,7 +118,7 @@ def _row(name: str, unit: Unit, parts: list[Part], span: Span) -> Part:
     if written is not None:
         return inlined(unit.builder, written, (list(arguments), {}), span)
     if len(arguments) > 1 or any(isinstance(a.type, Matrix) for a in arguments):
-        arguments = [unit.builder.name_it(a, span) for a in arguments]
+        arguments = [a if folded(a) is not None else unit.builder.name_it(a, span) for a in arguments]
     return apply(name, arguments, span)
 
 

@@ -43,18 +43,19 @@ def type_of_part(part: Part) -> Type | None:
 
 
 def cost_of(part: Part, type_: Type, passed: str) -> int | None:
-    """Return the cost of passing a value to a parameter: 0 for the same type; None if it cannot be converted."""
-    type_of_argument = type_of_part(part)
-    if type_of_argument == type_:
+    """Return the cost of passing a value to a parameter: 0 for the same type; None if it cannot be converted.
+
+    An ``out`` parameter is converted when it is copied out (GLSL 3.30, section 6.1).
+    """
+    given, taken = type_of_part(part), type_
+    if given == taken:
         return 0
-    if passed == "in" and isinstance(type_of_argument, (Scalar, Vector)) and isinstance(type_, (Scalar, Vector)):
-        element = element_of(type_)
-        return (
-            _COSTS.get((element_of(type_of_argument), element))
-            if with_element(type_of_argument, element) == type_
-            else None
-        )
-    return None
+    if passed == "out" and given is not None:
+        given, taken = taken, given
+    if passed == "inout" or not isinstance(given, (Scalar, Vector)) or not isinstance(taken, (Scalar, Vector)):
+        return None
+    is_alike = with_element(given, element_of(taken)) == taken
+    return _COSTS.get((element_of(given), element_of(taken))) if is_alike else None
 
 
 def fitted(part: Part, type_: Type, span: Span, what: str) -> Part:

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from passgraph.errors import KernelError
 from passgraph.glsl.conditions import holds
+from passgraph.glsl.dialect import Dialect
 from passgraph.glsl.macros import PREDEFINED, Expander, Macro
 from passgraph.glsl.tokens import MAX_CHARACTERS, Token, token_lines
 from passgraph.language.source import Span, fail, place_in
@@ -88,6 +89,11 @@ class Preprocessor:
         for name in EXTENSIONS:
             self.define(name)
         self.define("__VERSION__", "110")  # the version of a shader without #version
+
+    @property
+    def dialect(self) -> Dialect:
+        """Return the version of GLSL that the text says, with its extensions."""
+        return Dialect(self.version, self.es, frozenset(self.extensions))
 
     def define(self, name: str, value: str = "1") -> None:
         """Define a macro from text."""

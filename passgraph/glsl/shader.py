@@ -14,7 +14,6 @@ from passgraph.errors import KernelError
 from passgraph.glsl import syntax as g
 from passgraph.glsl.builtins import overloads
 from passgraph.glsl.declaration_rules import Signature, check_declarations, signature_of
-from passgraph.glsl.dialect import Dialect
 from passgraph.glsl.glsl_body import Body
 from passgraph.glsl.glsl_parser import Parser
 from passgraph.glsl.name_rules import check_names
@@ -296,7 +295,7 @@ def parse_shader(source: ShaderText, folder: Path | None = None, levels: frozens
         tokens, reader = preprocessed(pieces, source.defines, folder, source.included, around)
         for token in [t for t in tokens if t.text in ("lowp", "mediump")][:1]:
             unit.note(token.span, f"{token.text} has 32 bits here, and fewer on some devices")
-        unit.dialect = Dialect(reader.version, reader.es, frozenset(reader.extensions))
+        unit.dialect = reader.dialect
         unit.tree = tuple(Parser(tokens, file, unit.dialect).shader())
         program, uniforms = _program(unit.tree, unit, source)
     except RecursionError:

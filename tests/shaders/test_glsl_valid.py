@@ -63,6 +63,12 @@ gl_FragCoord.x > 1.0 ? f(3) : g(); true ? f(1) : g(); (k > 50 ? f(20) : g()); o 
     "constructors take what they need of a matrix": """
 out vec4 o; void main() { mat3 m = mat3(1, 2, 3, 4, 5, 6, 7, 8, gl_FragCoord.x);
 o = vec4(vec4(m).w, vec3(5.0, m).z, float(m), float(ivec4(m).y)) + vec4(mat2(m[0], m[2])); }""",
+    "an out parameter of another type": """
+out vec4 o; float f(out int x, vec2 y) { x = 4; return y.x; } void main() { float a; float b = f(a, vec2(gl_FragCoord));
+o = vec4(1.0 / a, b, 0.0, 1.0); }""",
+    "lengths that functions of constants decide": """
+out vec4 o; void main() { float a[bitfieldExtract(7, 0, 2) == -1 ? 2 : -1]; a[1] = gl_FragCoord.x;
+float b[dot(vec2(1.0), vec2(2.0)) == 4.0 ? 3 : -1]; b[2] = ldexp(a[1], 2); o = vec4(a[1], b[2], 0.0, 1.0); }""",
     "the range of depths": """
 out vec4 o; void main() { gl_DepthRangeParameters r = gl_DepthRange;
 o = vec4(r.near, gl_DepthRange.far, r.diff, gl_FragCoord.x); }""",

@@ -62,6 +62,19 @@ void main() { v = position * 0.5 + 0.5; gl_Position = view * vec4(position, 1.0 
         "in vec3 v; out vec4 o; void main() { o = vec4(v, 1.0); }",
         {"view": np.eye(4)},
     ),
+    "globals that begin anew at each vertex": (
+        """in vec3 position; struct S { float x; }; S s = S(1.0); float sum[2] = float[](0.25, 0.5); int calls = 0;
+out vec3 v; void add() { s.x += 1.0; sum[1] += position.x; calls++; }
+void main() { add(); v = vec3(s.x, sum[1], float(calls)); gl_Position = vec4(position, 1.0); }""",
+        "in vec3 v; out vec4 o; void main() { o = vec4(v, 1.0); }",
+        {},
+    ),
+    "depth and w of pixels": (
+        """in vec3 position; void main() {
+gl_Position = vec4(position.xy, 0.5 * position.x, 1.5 + 0.4 * position.y); }""",
+        "out vec4 o; void main() { o = gl_FragCoord; }",
+        {},
+    ),
     "a local variable with the name of an input": (
         """in vec3 position; out vec2 v;
 void main() { v = position.xy; { vec4 position = vec4(position * 0.5, 1.0); gl_Position = position; } }""",
@@ -147,6 +160,10 @@ void main() { gl_FragColor = vec4(gl_TexCoord[0].x, gl_TexCoord[1].x, gl_Color.r
         [0.25, -0.5, 0.5, 1.0],
         [0.75, 0.5, 0.5, 1.0],
     ]
+    declared = vertex.replace("void main", "varying vec4 gl_TexCoord[2]; void main")
+    assert ours(pair(tmp_path, declared, fragment), size=(2, 1))[0, 1].tolist() == [0.75, 0.5, 0.5, 1.0]
+    bright = vertex.replace("vec4(0.5, 1.0, 1.0, 1.0)", "vec4(0.5, 3.0, 1.0, 1.0)")  # colors are clamped
+    assert ours(pair(tmp_path, bright, fragment), size=(2, 1))[0, 0].tolist() == [0.25, -0.5, 0.5, 1.0]
     moved = vertex.replace("gl_ModelViewProjectionMatrix * gl_Vertex", "ftransform()")
     assert ours(pair(tmp_path, moved, fragment), size=(2, 1))[0, 1].tolist() == [0.75, 0.5, 0.5, 1.0]
 

@@ -18,7 +18,6 @@ import passgraph as pg
 from passgraph.backends.base import Backend
 from passgraph.errors import PassgraphError
 from passgraph.glsl import parse
-from passgraph.glsl.dialect import Dialect
 from passgraph.glsl.preprocess import EXTENSIONS, preprocessed
 from passgraph.graph.calls import PixelKernel
 from passgraph.graph.targets import Target
@@ -125,7 +124,8 @@ def _case(name: str, sections: dict[str, str]) -> Case | None:
     required = {line.split()[0].lstrip("!") for line in sections.get("require", "").splitlines() if line.strip()}
     if any(word.startswith(("GL_", "SIZE", "depthbuffer", "fbo")) and word not in _READ for word in required):
         return None
-    takes = _FROM_VERTEX.search(fragment) is not None
+    takes = _FROM_VERTEX.search(fragment) is not None or re.search(r"\buniform [^;]*=", vertex) is not None
+    takes = takes or ("gl_FragCoord" in fragment and "gl_Position.w" in vertex)
     if _BEYOND.search(fragment) or (takes and (not vertex or _BEYOND.search(vertex))):
         return None
     has_matrix = "vertex shader" not in sections or re.search("ModelViewProjection|ftransform", vertex) is not None
@@ -175,7 +175,8 @@ def _read_uniform(uniforms: dict[str, tuple[float, ...]], line: str) -> bool:
     _, kind, name, *words = re.sub("[,;]", " ", line).split()
     if not _TYPE.fullmatch(kind) or not words:
         return False
-    uniforms[name] = tuple(_number(word, kind) for word in words)
+    numbers = tuple(_number(word, kind) for word in words)
+    uniforms[name] = uniforms[f"{name}[0]"] = numbers  # the name of an array is that of its first element
     return True
 
 
@@ -208,7 +209,7 @@ def kernel_of(case: Case) -> PixelKernel[Target]:
     prelude = ""
     if case.vertex:
         tokens, reader = preprocessed([(case.vertex.strip() + "\n", "vertex")], {}, None)
-        prelude = vertex_stage(tokens, "vertex", viewer_inputs({}, []), Dialect(reader.version, reader.es))
+        prelude = vertex_stage(tokens, "vertex", viewer_inputs({}, []), reader.dialect)
     return PixelKernel.of_shader(parse(fragment, name="suite", prelude=prelude, has_vertex_stage=bool(prelude)))
 
 

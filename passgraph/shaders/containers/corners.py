@@ -29,8 +29,10 @@ class Varying:
 
 #: GLSL that computes a pixel's barycentric coordinates in a triangle, and returns false outside of it. Triangles behind
 #: the eye need no clipping (Olano and Greer, "Triangle Scan Conversion using 2D Homogeneous Coordinates", 1997). Pixels
-#: on an edge belong to it only for left and first-row edges, so that neighbors share none.
-WITHIN = """bool pg_within(vec4 a, vec4 b, vec4 c, out vec3 share) {
+#: on an edge belong to it only for left and first-row edges, so that neighbors share none. ``pg_zw`` becomes what
+#: ``gl_FragCoord`` has in the triangle: depth and 1 / w.
+WITHIN = """vec2 pg_zw;
+bool pg_within(vec4 a, vec4 b, vec4 c, out vec3 share) {
   vec3 at = vec3(pg_position * 2.0 - 1.0, 1.0);
   vec3 first = cross(b.xyw, c.xyw), second = cross(c.xyw, a.xyw), third = cross(a.xyw, b.xyw);
   float whole = dot(a.xyw, first);
@@ -40,7 +42,9 @@ WITHIN = """bool pg_within(vec4 a, vec4 b, vec4 c, out vec3 share) {
   for (int i = 0; i < 3; i++)
     inside = inside && (share[i] > 0.0 || (share[i] == 0.0 && (right[i] > 0.0 || (right[i] == 0.0 && on[i] > 0.0))));
   share /= share.x + share.y + share.z;
-  return inside && abs(dot(vec3(a.z, b.z, c.z), share)) <= dot(vec3(a.w, b.w, c.w), share);
+  float z = dot(vec3(a.z, b.z, c.z), share), w = dot(vec3(a.w, b.w, c.w), share);
+  pg_zw = vec2(0.5 * z / w + 0.5, 1.0 / w);
+  return inside && abs(z) <= w;
 }"""
 #: Corners of both triangles; the second is drawn over the first.
 _TRIANGLES = ((0, 1, 2), (3, 2, 1))

@@ -11,7 +11,6 @@ from typing import Any
 
 from passgraph.errors import InputError
 from passgraph.glsl import Shader, parse
-from passgraph.glsl.dialect import Dialect
 from passgraph.glsl.preprocess import preprocessed
 from passgraph.glsl.shader import PRELUDE as PRELUDE_FILE
 from passgraph.glsl.unit import Note
@@ -99,7 +98,7 @@ def _vertex_prelude(text: str, path: Path, notes: list[Note]) -> str:
     values = {name: (types[name], f"{types[name]}({value})") for name, value, _ in found}
     notes += [note for _, _, note in found]
     inputs = viewer_inputs(values, notes)
-    return vertex_stage(tokens, str(path), inputs, Dialect(reader.version, reader.es))
+    return vertex_stage(tokens, str(path), inputs, reader.dialect)
 
 
 def _matrices(

@@ -13,6 +13,7 @@ from passgraph.glsl import syntax as g
 from passgraph.glsl.dialect import Dialect
 from passgraph.glsl.glsl_parser import Parser
 from passgraph.glsl.tokens import Token
+from passgraph.glsl.walk import assigned_names
 from passgraph.language.source import Span, fail
 from passgraph.shaders.containers.corners import MAX_VARYINGS, WITHIN, Varying, interpolated
 
@@ -69,8 +70,7 @@ def vertex_stage(tokens: Sequence[Token], file: str, inputs: Inputs, dialect: Di
                 given |= {variable.name: inputs.at_corner(variable) for variable in node.variables}
     words = {token.text for token in tokens if token.kind == "name"}
     built_in = {name: other for name, other in _BUILT_IN.items() if name in words}
-    sets = _texture_sets(tokens)
-    handed += [Varying("vec4", other, sets if "Tex" in name else 0) for name, other in built_in.items()]
+    handed += [Varying("vec4", other, 8 if "Tex" in name else 0) for name, other in built_in.items()]
     if sum(max(1, one.count) for one in handed) > MAX_VARYINGS:
         raise InputError(f"{file}: the vertex shader hands on more than {MAX_VARYINGS} values")
     plain = {v.name for node in tree if isinstance(node, g.Declaration) for v in node.variables}
@@ -87,11 +87,19 @@ def vertex_stage(tokens: Sequence[Token], file: str, inputs: Inputs, dialect: Di
     before += [f"vec4 pg_v_{one.name}{_length(one)};" for one in handed if one.name in built_in.values()]
     lines = [f"{' '.join(before)} {_text(_renamed(tokens, renamed))}"]
     lines += [f"{one.type} {one.name}{_length(one)};" for one in handed]
-    corners = "".join(f"{renamed[name]} = {value}; " for name, value in given.items())
-    lines += [f"void pg_vertex() {{ {corners}pg_v_main(); }}"]
+    # Each vertex begins with the globals as they are declared.
+    changing = list(_changing(tree))
+    lines += [f"{type_} pg_0_{name}{'[]' * sides} = {renamed[name]};" for name, type_, sides in changing]
+    corners = "".join(f"{renamed[name]} = pg_0_{name}; " for name, _, _ in changing)
+    corners += "".join(f"{renamed[name]} = {value}; " for name, value in given.items())
+    # Colors of fixed functions are clamped (OpenGL 2.1, section 2.14.6).
+    clamped = [f"pg_v_{other} = clamp(pg_v_{other}, 0.0, 1.0);" for other in built_in.values() if "Color" in other]
+    lines += [f"void pg_vertex() {{ {corners}pg_v_main(); {' '.join(clamped)} }}"]
     # Outputs are computed before the fragment shader, whose globals may use them.
-    run = interpolated(handed, moved=not _stays(tokens, inputs, _never_hidden(tokens, given, known)))
+    moved = not _stays(tokens, inputs, _never_hidden(tokens, given, known))
+    run = interpolated(handed, moved)
     lines += [WITHIN, "float pg_run() {", *run, "  return 0.0; }", "float pg_done = pg_run();"]
+    lines += ["vec4 gl_FragCoord = vec4(gl_FragCoord.xy, pg_zw);"] if moved else []
     return "\n".join(lines)
 
 
@@ -99,10 +107,19 @@ def _length(one: Varying) -> str:
     return f"[{one.count}]" if one.count else ""
 
 
-def _texture_sets(tokens: Sequence[Token]) -> int:
-    """Return how many elements of ``gl_TexCoord`` a shader writes, by its literal indices."""
-    indices = [after for before, after in zip(tokens, tokens[2:], strict=False) if before.text == "gl_TexCoord"]
-    return max([1 + int(token.text) for token in indices if re.fullmatch("[0-7]", token.text)], default=1)
+def _changing(tree: Sequence[g.Outer]) -> Iterator[tuple[str, str, int]]:
+    """Yield the globals with a value that functions change: name, type, and the count of its lengths."""
+    functions = [node for node in tree if isinstance(node, g.Function)]
+    named: dict[str, list[g.Function]] = {}
+    for function in functions:
+        named.setdefault(function.name, []).append(function)
+    changed = assigned_names(tuple(functions), lambda name: named.get(name, ()))
+    structs = {node.name for node in tree if isinstance(node, g.Struct)}
+    for node in (one for one in tree if isinstance(one, g.Declaration) and "uniform" not in one.qualifiers):
+        for variable in node.variables:
+            if variable.value is not None and variable.name in changed:
+                type_ = variable.type.name
+                yield variable.name, f"pg_v_{type_}" if type_ in structs else type_, len(variable.type.lengths)
 
 
 def _varying(variable: g.Variable) -> Varying:
@@ -117,7 +134,7 @@ def _varying(variable: g.Variable) -> Varying:
 
 
 def _undeclared(tokens: Sequence[Token], uniforms: Mapping[str, tuple[str, str]]) -> Iterator[Token]:
-    """Yield the tokens without declarations of uniforms that the format sets."""
+    """Yield the tokens without declarations of uniforms that the format sets, and of GLSL's own outputs."""
     at = 0
     while at < len(tokens):
         ends = (
@@ -125,6 +142,9 @@ def _undeclared(tokens: Sequence[Token], uniforms: Mapping[str, tuple[str, str]]
         )
         end = ends[0] + 1 if ends else at + 1
         statement = tokens[at:end]
+        if tokens[at].text in _HANDED and any(token.text in _BUILT_IN for token in tokens[at : at + 4]):
+            at = next(k for k in range(at, len(tokens)) if tokens[k].text == ";") + 1
+            continue
         set_ = [token for token in statement if token.text in uniforms]
         if set_ and len(set_) <= sum(token.text == "," for token in statement):
             fail(set_[0].span, f"{set_[0].text} is set by the program that shows the shader; declare it by itself")
