@@ -75,7 +75,7 @@ class Declarations:
             r.choice((self._plain, self._block, self._block, self._named_block))()
         self.outputs = [r.choice(self.reads) for _ in range(4)]
         body = "\n".join(f"  o[{i}] = {read.text};" for i, read in enumerate(self.outputs))
-        return "#version 330\n{}\nout vec4 o;\nvoid main() {{\n  int i = int(gl_FragCoord.x);\n{}\n}}".format(
+        return "#version 430\n{}\nout vec4 o;\nvoid main() {{\n  int i = int(gl_FragCoord.x);\n{}\n}}".format(
             "\n".join(self.lines), body
         )
 
