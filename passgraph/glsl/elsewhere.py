@@ -1,4 +1,5 @@
-"""Messages for words that are not defined in fragment shaders: of other stages, of HLSL and Cg, and misspelled ones."""
+"""Messages for words that are not defined in fragment shaders here: of other stages and of parts of GLSL that are not
+read, of HLSL and Cg, and misspelled ones."""
 
 from __future__ import annotations
 
@@ -17,19 +18,62 @@ _STAGES = {
     "vertex": re.compile(r"gl_(Position|PointSize|VertexID|InstanceID|Vertex|MultiTexCoord\d)|ftransform"),
 }
 
+_KINDS_OF_PICTURES = "1D|2D|3D|Cube|1DArray|2DArray|CubeArray|2DRect|Buffer|2DMS|2DMSArray"
+#: Other parts of GLSL that are not read, with the reasons. `docs/shaders.md` lists them.
+_NOT_READ = (
+    (
+        re.compile(r"double|d(vec[234]|mat[234](x[234])?)|(u?int|float)(8|16|64)_t|[iuf](8|16|64)vec[234]"),
+        "numbers have 32 bits; write float, int or uint",
+    ),
+    (
+        re.compile(
+            rf"[iu]sampler({_KINDS_OF_PICTURES})|sampler({_KINDS_OF_PICTURES})Shadow"
+            r"|sampler(Cube|1DArray|2DArray|CubeArray|Buffer|2DMS|2DMSArray|External2DY2YEXT)"
+            r"|(texture|shadow)(Cube|[12]DArray)\w*|shadow[12]D\w*"
+        ),
+        "pictures are flat, or volumes, and hold floats; write sampler2D or sampler3D",
+    ),
+    (
+        re.compile(rf"[iu]?texture({_KINDS_OF_PICTURES})|sampler|samplerShadow|[iu]?subpassInput(MS)?|subpassLoad"),
+        "textures and samplers are one; write uniform sampler2D",
+    ),
+    (re.compile("subroutine"), "functions are called by their names; choose between them with if or switch"),
+    (
+        re.compile(r"gl_Sample(ID|Position|Mask|MaskIn)|gl_NumSamples|interpolateAt(Centroid|Sample|Offset)"),
+        "a pixel has one sample, in its center",
+    ),
+    (
+        re.compile(
+            r"gl_(Layer|ViewportIndex|PrimitiveID|ClipDistance|CullDistance|HelperInvocation|LastFragData|LastFragColor)\w*"
+        ),
+        "a pass over a picture has none",
+    ),
+    (
+        re.compile(
+            r"gl_(LightSource|LightModel|Front\w*|Back\w*|Fog|Point|ClipPlane|Texture\w+|EyePlane\w|ObjectPlane\w"
+            r"|ModelView\w*|Projection\w*|NormalMatrix|NormalScale)"
+        ),
+        "fixed functions have no lights, materials, matrices or fog; declare uniforms for them",
+    ),
+    (re.compile(r"noise[1-4]"), "most drivers give 0, and no two the same; write a noise of your own"),
+)
+
 
 def elsewhere(word: str) -> str | None:
-    """Return the reason why an undeclared word is not available, if it belongs to another stage; else None.
+    """Return the reason why an undeclared word of GLSL is not available; None for other words.
 
     >>> elsewhere("imageStore")
-    'imageStore belongs to compute shaders, which are not read here: a fragment shader gives its own pixel a colour'
+    'imageStore belongs to compute shaders, which are not read here: a fragment shader gives its own pixel a color'
+    >>> elsewhere("double")
+    'double is not read here: numbers have 32 bits; write float, int or uint'
     >>> elsewhere("texture")
     """
     for stage, words in _STAGES.items():
         if words.fullmatch(word):
-            reason = "which are not read here: a fragment shader gives its own pixel a colour"
+            reason = "which are not read here: a fragment shader gives its own pixel a color"
             return f"{word} belongs to {stage} shaders, {reason}"
-    return None
+    reason = next((reason for words, reason in _NOT_READ if words.fullmatch(word)), "")
+    return f"{word} is not read here: {reason}" if reason else None
 
 
 #: Functions of GLSL of which some are not read here.

@@ -10,7 +10,7 @@ import numpy as np
 
 from passgraph.glsl import syntax as g
 from passgraph.glsl.dialect import REDECLARED, Dialect
-from passgraph.glsl.elsewhere import mending
+from passgraph.glsl.elsewhere import elsewhere, mending
 from passgraph.glsl.tokens import Token
 from passgraph.language.meanings import int_of_bits
 from passgraph.language.source import MAX_NESTING, Span, fail
@@ -19,9 +19,10 @@ E = TypeVar("E", bound=g.Node)
 
 #: Built-in types. Samplers are pictures; unsupported ones raise an error where they are used.
 TYPES = frozenset(
-    ["void", "bool", "int", "uint", "float", "double", "sampler2D", "sampler2DRect", "sampler1D", "sampler3D",
-     "samplerCube", "sampler2DShadow", "sampler2DArray", "isampler2D", "usampler2D", "samplerExternalOES",
-     "gl_DepthRangeParameters"]
+    ["void", "bool", "int", "uint", "float", "double", "samplerExternalOES", "gl_DepthRangeParameters"]
+    + [f"{p}sampler{kind}" for p in ("", "i", "u") for kind in
+       ("1D", "2D", "3D", "Cube", "2DRect", "1DArray", "2DArray", "CubeArray", "Buffer", "2DMS", "2DMSArray")]
+    + [f"sampler{kind}Shadow" for kind in ("1D", "2D", "Cube", "2DRect", "1DArray", "2DArray", "CubeArray")]
     + [f"{p}vec{n}" for p in ("", "b", "i", "u", "d") for n in (2, 3, 4)]
     + [f"{p}mat{n}" for p in ("", "d") for n in (2, 3, 4)]
     + [f"{p}mat{n}x{m}" for p in ("", "d") for n in (2, 3, 4) for m in (2, 3, 4)]
@@ -88,7 +89,8 @@ class ExpressionParser:
             self.no_type(first)
 
     def no_type(self, word: Token) -> NoReturn:
-        fail(word.span, f"there is no type {word.text!r}{mending(word.text, self._types()) or '; declare it before'}")
+        near = mending(word.text, self._types()) or "; declare it before"
+        fail(word.span, elsewhere(word.text) or f"there is no type {word.text!r}{near}")
 
     def unexpected(self, expected: str) -> NoReturn:
         got = self.here.text if self.here.kind == "end" else repr(self.here.text)

@@ -10,6 +10,7 @@ from typing import TypeAlias, TypeVar
 from passgraph.errors import UnsupportedGlslError
 from passgraph.glsl import syntax as g
 from passgraph.glsl.dialect import Dialect
+from passgraph.glsl.elsewhere import elsewhere
 from passgraph.glsl.operators import fitted
 from passgraph.glsl.walk import largest_indices
 from passgraph.language import ir
@@ -179,7 +180,7 @@ class Unit:
             return IMAGE
         type_ = NAMED.get(SQUARE.get(name, name))
         if type_ is None or isinstance(type_, ImageType):
-            fail(span, f"{name} is not a type that shaders have here", UnsupportedGlslError)
+            fail(span, elsewhere(name) or f"{name} is not a type that values have", UnsupportedGlslError)
         return type_
 
     def array_type(self, element: Type, length: ir.Number | None, span: Span) -> Type:

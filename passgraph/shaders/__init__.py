@@ -13,7 +13,7 @@ NOT_READ = {
     ".gdshader": ("a shader of Godot", "write its fragment() as GLSL: uniforms, in vec2 UV, out vec4 COLOR and main()"),
     ".vert": ("a vertex shader", "give the fragment shader that goes with it (.frag), which finds it"),
     ".vs": ("a vertex shader", "give the fragment shader that goes with it (.fs), which finds it"),
-    ".comp": ("a compute shader", "write it as a fragment shader, which gives its own pixel a colour"),
+    ".comp": ("a compute shader", "write it as a fragment shader, which gives its own pixel a color"),
     ".geom": ("a geometry shader", "give the fragment shader that goes with it (.frag)"),
     **dict.fromkeys((".hlsl", ".fx", ".cg", ".cgfx"), ("HLSL or Cg", "translate it to GLSL first")),
     ".wgsl": ("WGSL", "translate it to GLSL first (naga, tint)"),

@@ -228,7 +228,7 @@ def test_mutated_files_become_graphs_or_errors(tmp_path: Path) -> None:
     assert 10 < made < 150
 
 
-_STAGE = "which are not read here: a fragment shader gives its own pixel a colour"
+_STAGE = "which are not read here: a fragment shader gives its own pixel a color"
 
 
 @pytest.mark.parametrize(
