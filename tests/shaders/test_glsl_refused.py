@@ -253,6 +253,7 @@ def test_an_invalid_shader_is_refused(version: str, text: str, message: str) -> 
         ("", "vec4 f(samplerCube s, vec3 v) { return textureCube(s, v); }" + MAIN),
         ("", "float f(float x) { return noise1(x); } bool h() { return gl_HelperInvocation; }" + MAIN),
         ("", "float f(int n, float a[4]) { float s = 0.0; for (int i = 0; i < n; i++) s += a[i]; return s; }" + MAIN),
+        ("", "float map(vec3 p); float f(vec3 p) { return map(p); }" + MAIN),
         ("", "void f(out vec2 a, inout vec2 b, sampler2D s) { a = b + texture2D(s, b).xy; b = a; }" + MAIN),
     ],
 )  # fmt: skip
