@@ -20,7 +20,7 @@ from passgraph.errors import BackendError
 from passgraph.formats import Format, float_format
 from passgraph.graph.draw_state import Geometry
 from passgraph.language.native import Accuracy
-from passgraph.plan.data import DrawStep, PixelStep
+from passgraph.plan.data import CountStep, DrawStep, PixelStep
 from passgraph.plan.limits import Limits
 from passgraph.quantise import FloatBlock as FloatBlock
 from passgraph.quantise import convert, transfer_format
@@ -261,9 +261,13 @@ class Backend(ABC):
     def pixel_pass(self, step: PixelStep) -> PixelRunner:
         """Compile a pixel pass."""
 
-    def own_way(self, step: PixelStep) -> str | None:
-        """Describe this device's own implementation of a known step (`PixelStep.known`) in a few words for
-        ``explain()``; None if it runs the step's program. The results must be bit-identical."""
+    def count_pass(self, step: CountStep) -> PixelRunner:
+        """Compile a count, by default its program; another implementation must be bit-identical."""
+        return self.pixel_pass(step)
+
+    def own_way(self, step: CountStep) -> str | None:
+        """Describe this device's own implementation of a count in a few words for ``explain()``; None if it runs the
+        step's program."""
         return None
 
     def code(self, step: PixelStep | DrawStep, sizes: Mapping[int, tuple[int, int]]) -> str:

@@ -35,7 +35,7 @@ from passgraph.errors import BackendError
 from passgraph.formats import Format, padded
 from passgraph.graph.draw_state import Geometry
 from passgraph.language.native import GLSL as GLSL_ACCURACY
-from passgraph.plan.data import DrawStep, PixelStep
+from passgraph.plan.data import CountStep, DrawStep, PixelStep
 from passgraph.plan.limits import Limits
 
 #: Texture parameters: nearest for both filters, clamp to edge, one mip level, no depth comparison.
@@ -252,12 +252,13 @@ class GLBackend(DriverBackend):
     def pixel_pass(self, step: PixelStep) -> PixelRunner:
         with self.context as gl:
             gl.drain()
-            return CountRun(self, step) if counts(self, step) else PixelRun(self, step)
+            return PixelRun(self, step)
 
-    def own_way(self, step: PixelStep) -> str | None:
-        if not counts(self, step):
-            return None
-        return "each texel adds to its bin in a table of its row, in a compute shader"
+    def count_pass(self, step: CountStep) -> PixelRunner:
+        return CountRun(self, step) if counts(self, step) else self.pixel_pass(step)
+
+    def own_way(self, step: CountStep) -> str | None:
+        return "each texel adds to its bin in a table of its row, in a compute shader" if counts(self, step) else None
 
     def code(self, step: PixelStep | DrawStep, sizes: Mapping[int, tuple[int, int]]) -> str:
         programs = [step.program] if isinstance(step, PixelStep) else [step.vertex, step.fragment]

@@ -1,4 +1,4 @@
-"""Count bins (:class:`passgraph.plan.known.Counting`) with a compute shader, if the context has them.
+"""Count bins (`passgraph.plan.data.CountStep`) with a compute shader, if the context has them.
 
 The invocations of a group walk through a row and count in a shared table; a pass then writes the tables' content.  The
 step's own program counts instead on OpenGL before 4.2, on OpenGL ES, and if the tables would be too large.
@@ -14,7 +14,7 @@ from passgraph.backends.gl import gl_functions as g
 from passgraph.backends.gl import state as fixed
 from passgraph.backends.gl.passes import run_pixels
 from passgraph.backends.gl.textures import Texture, placements_of
-from passgraph.plan.data import PixelStep
+from passgraph.plan.data import CountStep
 
 if TYPE_CHECKING:
     from passgraph.backends.gl.backend import GLBackend
@@ -26,10 +26,8 @@ MOST_ENTRIES = 1 << 22
 class CountRun:
     """The counting pass, compiled."""
 
-    def __init__(self, backend: GLBackend, step: PixelStep) -> None:
-        assert step.known is not None
-        self.backend, self.step, self.counting = backend, step, step.known
-        self.table_bytes = 4 * step.size[1] * self.counting.bins
+    def __init__(self, backend: GLBackend, step: CountStep) -> None:
+        self.backend, self.step = backend, step
 
     def __call__(self, outputs: Sequence[Texture], images: Sequence[Texture], block: Block) -> None:
         backend = self.backend
@@ -38,10 +36,10 @@ class CountRun:
                 return self(outputs, images, block)
         gl = backend.context.gl
         # Anything that can fail comes before work begins.
-        program = backend.programs.counting(placements_of((), images), self.counting.bins, backend.count_group)
-        sums = backend.programs.sums(self.step.program, placements_of(outputs, ()), self.counting.quarter)
+        program = backend.programs.counting(self.step, placements_of((), images), backend.count_group)
+        sums = backend.programs.sums(self.step, placements_of(outputs, ()))
         gl.BindBuffer(g.SHADER_STORAGE_BUFFER, backend.objects.table())
-        gl.BufferData(g.SHADER_STORAGE_BUFFER, self.table_bytes, None, g.STREAM_DRAW)
+        gl.BufferData(g.SHADER_STORAGE_BUFFER, 4 * self.step.size[1] * self.step.bins, None, g.STREAM_DRAW)
         gl.BindBufferBase(g.SHADER_STORAGE_BUFFER, 0, backend.objects.table())
         fixed.bind_images(gl, backend.context.bound, images)
         fixed.use(gl, backend.context.bound, program.name, backend.no_vertices)
@@ -56,7 +54,6 @@ class CountRun:
         gl.check("running pass", self.step.name)
 
 
-def counts(backend: GLBackend, step: PixelStep) -> bool:
-    """Return True if a step counts bins and this device can count them with a compute shader."""
-    histogram = step.known if backend.count_group else None
-    return histogram is not None and step.size[1] * histogram.bins <= MOST_ENTRIES
+def counts(backend: GLBackend, step: CountStep) -> bool:
+    """Return True if this device can count with a compute shader."""
+    return backend.count_group > 0 and step.size[1] * step.bins <= MOST_ENTRIES

@@ -5,11 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from passgraph.backends.gl.dialect import Dialect
-from passgraph.backends.gl.glsl import GLSL
-from passgraph.backends.gl.textures import Placement, Placements
-from passgraph.backends.printing import Listing
-from passgraph.language.source import NOWHERE
-from passgraph.plan.known import numbers_program
+from passgraph.backends.gl.glsl import NAMES, region_name
+from passgraph.backends.gl.textures import Placement
 
 #: Headers for shader storage buffers and compute shaders as extensions.  A fragment shader requests buffers only:
 #: NVIDIA's compiler takes a shader that requests compute shaders for one, and rejects its outputs.
@@ -18,6 +15,7 @@ _COMPUTE = f"{_BUFFERS}\n#extension GL_ARB_compute_shader : require"
 
 #: One group per row; rows below the picture count nothing.  Four texels per iteration save a fifth on llvmpipe.
 _MAIN = """layout(local_size_x = GROUP) in;
+uniform sampler2D IMAGE;
 layout(std430) buffer Counts { uint pg_counts[]; };
 const int bins = BINS;
 shared uint table[bins + 1];
@@ -28,7 +26,7 @@ int pg_bin(float number)
     int entry = int(inside ? number : 0.0);
     return float(entry) == number ? entry : 0;
 }
-int pg_entry(int x, int y) { return pg_bin(pg_number(vec2(x, y) + 0.5)); }
+int pg_entry(int x, int y) { return pg_bin(texelFetch(IMAGE, AT, 0).r); }
 void pg_add(int entry) { if (entry > 0) { atomicAdd(table[entry], 1u); } }
 void main()
 {
@@ -53,49 +51,31 @@ void main()
 
 _SUMS = """layout(std430) readonly buffer Counts { uint pg_counts[]; };
 layout(location = 0) out vec4 pg_out0;
-layout(location = 1) out vec4 pg_out1;
-layout(location = 2) out vec4 pg_out2;
-layout(location = 3) out vec4 pg_out3;
 UNIFORMS
-vec4 four(int i) { return vec4(pg_counts[i], pg_counts[i + 1], pg_counts[i + 2], pg_counts[i + 3]); }
 void main()
 {
     ivec2 at = PLACE;
-    int first = at.y * 4 * QUARTER + 4 * at.x;
-    pg_out0 = four(first);
-    pg_out1 = four(first + QUARTER);
-    pg_out2 = four(first + 2 * QUARTER);
-    pg_out3 = four(first + 3 * QUARTER);
+    int i = at.y * BINS + 4 * at.x;
+    pg_out0 = vec4(pg_counts[i], pg_counts[i + 1], pg_counts[i + 2], pg_counts[i + 3]);
 }
 """
 
 
-class Numbers(GLSL):
-    """A pixel program as the function ``pg_number`` of a pixel's center."""
-
-    center_here = "pg_place"
-
-    def head(self) -> str:
-        return "float pg_number(vec2 pg_place)"
-
-    def results(self) -> None:
-        (output,) = self.program.outputs
-        self.line(f"return {self.operand(output.values[0])};")
-
-    def interface(self) -> list[str]:
-        lines, size = [line for line in super().interface() if " out " not in line], "uniform ivec2 pg_output_size;"
-        return lines if size in lines else [*lines, size]
-
-
-def counts_listing(placements: Placements, dialect: Dialect, bins: int, group: int) -> Listing:
+def counts_text(bins: int, group: int, picture: Placement, dialect: Dialect) -> str:
     """Return the compute shader."""
-    numbers = Numbers(numbers_program(), (), replace(placements, output=Placement()), dialect).shader()
-    text = _MAIN.replace("GROUP", str(group)).replace("BINS", str(bins))
-    return Listing(numbers.text + text, (*numbers.spans, *(NOWHERE,) * text.count("\n")))
+    uniforms, at, image = ["uniform ivec2 pg_output_size;"], "ivec2(x, y)", NAMES["pixel"].image
+    if picture.bottom_up:
+        at = "ivec2(x, pg_output_size.y - 1 - y)"
+    if picture.is_part:
+        region = region_name(image, 0)
+        uniforms.append(f"uniform ivec4 {region};")
+        at = f"{region}.xy + {at}"
+    text = _MAIN.replace("GROUP", str(group)).replace("BINS", str(bins)).replace("AT", at).replace("IMAGE", f"{image}0")
+    return "\n".join([dialect.header, *uniforms, text])
 
 
-def sums_text(quarter: int, output: Placement, dialect: Dialect) -> str:
-    """Return the fragment shader that writes the four outputs."""
+def sums_text(bins: int, output: Placement, dialect: Dialect) -> str:
+    """Return the fragment shader that writes the counts."""
     uniforms, place = [], "ivec2(gl_FragCoord.xy)"
     if output.is_part:
         uniforms.append("uniform ivec2 pg_output_origin;")
@@ -103,7 +83,7 @@ def sums_text(quarter: int, output: Placement, dialect: Dialect) -> str:
     if output.bottom_up:
         uniforms.append("uniform ivec2 pg_output_size;")
         place = f"ivec2({place}.x, pg_output_size.y - 1 - {place}.y)"
-    text = _SUMS.replace("QUARTER", str(quarter)).replace("PLACE", place).replace("UNIFORMS", "\n".join(uniforms))
+    text = _SUMS.replace("BINS", str(bins)).replace("PLACE", place).replace("UNIFORMS", "\n".join(uniforms))
     return f"{dialect.header}\n{text}"
 
 

@@ -12,7 +12,7 @@ from weakref import WeakValueDictionary, finalize
 
 from passgraph.backends.base import Block
 from passgraph.backends.gl import gl_functions as g
-from passgraph.backends.gl.counts_source import counting_dialect, counts_listing, sums_text
+from passgraph.backends.gl.counts_source import counting_dialect, counts_text, sums_text
 from passgraph.backends.gl.dialect import Dialect, dialect_of
 from passgraph.backends.gl.glsl import GLSL, NAMES, in_vectors, region_name
 from passgraph.backends.gl.textures import ALL_PLAIN, Objects, Placements, Texture
@@ -22,7 +22,7 @@ from passgraph.cached import Recent
 from passgraph.errors import BackendError
 from passgraph.language.scalar import ScalarProgram
 from passgraph.language.source import NOWHERE
-from passgraph.plan.known import numbers_program
+from passgraph.plan.data import CountStep
 
 #: Formats of line numbers in drivers' messages: "0:12(5): error" (Mesa), "0(12) : error" (NVIDIA), "ERROR: 0:12:"
 #: (others).
@@ -122,25 +122,25 @@ class Programs:
         stages = {g.VERTEX_SHADER: Listing(self.dialect.fullscreen, (NOWHERE,)), g.FRAGMENT_SHADER: fragment}
         return self._linked(stages, (), name)
 
-    def counting(self, placements: Placements, bins: int, group: int) -> LinkedProgram:
+    def counting(self, step: CountStep, placements: Placements, group: int) -> LinkedProgram:
         """Return a compute program that counts the numbers of a picture in bins."""
 
         def link() -> LinkedProgram:
-            shader = counts_listing(placements, self._counting_dialect("compute"), bins, group)
-            return self._linked({g.COMPUTE_SHADER: shader}, (numbers_program(),))
+            shader = counts_text(step.bins, group, placements.placement(0), self._counting_dialect("compute"))
+            return self._linked({g.COMPUTE_SHADER: Listing(shader, (NOWHERE,))}, (step.program,))
 
-        return self._once((f"{bins} in groups of {group}", "", (), placements), link)
+        return self._once((f"{step.bins} in groups of {group}", "", (), placements), link)
 
-    def sums(self, program: ScalarProgram, placements: Placements, quarter: int) -> LinkedProgram:
-        """Return the linked program that writes the counts of a histogram."""
+    def sums(self, step: CountStep, placements: Placements) -> LinkedProgram:
+        """Return the linked program that writes the counts."""
 
         def link() -> LinkedProgram:
             dialect = self._counting_dialect("fragment")
-            shader = sums_text(quarter, placements.output, dialect)
+            shader = sums_text(step.bins, placements.output, dialect)
             full = Listing(dialect.fullscreen, (NOWHERE,))
-            return self._link(full, Listing(shader, (NOWHERE,)), (program,))
+            return self._link(full, Listing(shader, (NOWHERE,)), (step.program,))
 
-        return self._once((f"sums {quarter}", program.key, (), placements), link)
+        return self._once((f"sums {step.bins}", "", (), placements), link)
 
     def _counting_dialect(self, stage: str) -> Dialect:
         return counting_dialect(self.dialect, self.objects.gl.has.version >= (4, 3), stage)

@@ -26,7 +26,7 @@ from passgraph.cached import cached_property
 from passgraph.errors import BackendError
 from passgraph.formats import Format, float_format
 from passgraph.graph.draw_state import Geometry
-from passgraph.plan.data import DrawStep, PixelStep
+from passgraph.plan.data import CountStep, DrawStep, PixelStep
 from passgraph.plan.limits import Limits
 from passgraph.quantise import transfer_format
 
@@ -108,16 +108,18 @@ class NumpyBackend(Backend):
 
     def pixel_pass(self, step: PixelStep) -> PixelRunner:
         from passgraph.backends.numpy.pixels.chains import single_stage
-        from passgraph.backends.numpy.pixels.counts import Counts
         from passgraph.backends.numpy.pixels.runner import PixelRun
 
-        if step.known is not None:
-            return Counts(step, self.workers)
         run = PixelRun.compile(single_stage(step), self.workers)
         assert run is not None
         return lambda outputs, images, block: run(outputs, (images,), (block,))
 
-    def own_way(self, step: PixelStep) -> str | None:
+    def count_pass(self, step: CountStep) -> PixelRunner:
+        from passgraph.backends.numpy.pixels.counts import Counts
+
+        return Counts(step, self.workers)
+
+    def own_way(self, step: CountStep) -> str | None:
         return "each texel adds to its bin in a table of its row"
 
     def code(self, step: PixelStep | DrawStep, sizes: Mapping[int, tuple[int, int]]) -> str:
@@ -134,8 +136,7 @@ class NumpyBackend(Backend):
         from passgraph.backends.numpy.pixels.chains import stages
         from passgraph.backends.numpy.pixels.runner import PixelRun
 
-        # Counting is as fast as writing and reading the numbers.
-        chain = None if any(step.known is not None for step in steps) else stages(steps)
+        chain = stages(steps)
         return None if chain is None else PixelRun.compile(chain, self.workers)
 
     def draw_pass(self, step: DrawStep) -> DrawRunner:

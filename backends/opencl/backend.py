@@ -28,7 +28,7 @@ from passgraph.errors import BackendError, DeviceMissingError
 from passgraph.formats import Format
 from passgraph.graph.draw_state import Geometry
 from passgraph.language.native import OPENCL
-from passgraph.plan.data import DrawStep, PixelStep
+from passgraph.plan.data import CountStep, DrawStep, PixelStep
 from passgraph.plan.limits import Limits
 
 INSTALL_MODULE = "pip install 'passgraph[opencl]'"
@@ -274,13 +274,18 @@ class OpenCLBackend(DriverBackend):
         return DeviceMesh(self, mesh)
 
     def pixel_pass(self, step: PixelStep) -> PixelRunner:
-        from passgraph.backends.opencl.counts import CountsRunner
         from passgraph.backends.opencl.pixel import PixelPassRunner
 
         self.check_open()
-        return (PixelPassRunner if step.known is None else CountsRunner)(self, step)
+        return PixelPassRunner(self, step)
 
-    def own_way(self, step: PixelStep) -> str | None:
+    def count_pass(self, step: CountStep) -> PixelRunner:
+        from passgraph.backends.opencl.counts import CountsRunner
+
+        self.check_open()
+        return CountsRunner(self, step)
+
+    def own_way(self, step: CountStep) -> str | None:
         if self.is_cpu:
             return "each texel adds to its bin in a table of its row"
         return "each texel adds atomically to its bin in a table of its row, in the memory of a work-group"

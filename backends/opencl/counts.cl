@@ -1,6 +1,6 @@
-// Bins of rows, counted (passgraph.plan.known).  Before it stand the arguments of a pixel pass (ARGUMENTS), and what is
-// known: WIDTH and HEIGHT of what is counted, NUMBER(x, y) the number of a pixel, BINS, COLUMNS of the outputs; ITEMS
-// work-items of a group; STORE(x, y), which writes column x of row y of the outputs from SUM(entry).
+// Bins of rows, counted (passgraph.plan.data.CountStep).  Before it stand the arguments of a pixel pass (ARGUMENTS), and what is
+// known: WIDTH and HEIGHT of what is counted, NUMBER(x, y) the number of a pixel, BINS, COLUMNS of the output; ITEMS
+// work-items of a group; STORE(x, y), which writes column x of row y of the output from SUM(entry).
 
 // The entry of a number's bin; 0 for what is in none.
 int pg_bin(float number)

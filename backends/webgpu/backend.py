@@ -21,7 +21,7 @@ from passgraph.backends.webgpu.wgsl import WGSL
 from passgraph.errors import BackendError, PassgraphError
 from passgraph.formats import Format, float_format
 from passgraph.graph.draw_state import Geometry
-from passgraph.plan.data import DrawStep, PixelStep
+from passgraph.plan.data import CountStep, DrawStep, PixelStep
 from passgraph.quantise import numbers_of
 
 
@@ -250,12 +250,13 @@ class WebGPUBackend(DriverBackend):
 
     def pixel_pass(self, step: PixelStep) -> PixelRunner:
         self.check_open()
-        return CountRun(self, step) if counts(self, step) else PixelRun(self, step)
+        return PixelRun(self, step)
 
-    def own_way(self, step: PixelStep) -> str | None:
-        if not counts(self, step):
-            return None
-        return "each texel adds to its bin in a table of its row, in a compute shader"
+    def count_pass(self, step: CountStep) -> PixelRunner:
+        return CountRun(self, step) if counts(self, step) else self.pixel_pass(step)
+
+    def own_way(self, step: CountStep) -> str | None:
+        return "each texel adds to its bin in a table of its row, in a compute shader" if counts(self, step) else None
 
     def draw_pass(self, step: DrawStep) -> DrawRunner:
         self.check_open()

@@ -1,4 +1,4 @@
-"""Count bins (:class:`passgraph.plan.known.Counting`) with a compute shader.
+"""Count bins (`passgraph.plan.data.CountStep`) with a compute shader.
 
 The invocations of a group walk through a row and count in a shared table; a pass then writes the tables' content. The
 step's own program counts instead if the tables would be too large.
@@ -15,7 +15,7 @@ from passgraph.backends.printing import Listing
 from passgraph.backends.webgpu.textures import Texture
 from passgraph.backends.webgpu.wgsl import FULLSCREEN
 from passgraph.language.source import NOWHERE
-from passgraph.plan.data import PixelStep
+from passgraph.plan.data import CountStep
 
 if TYPE_CHECKING:
     from passgraph.backends.webgpu.backend import WebGPUBackend
@@ -43,35 +43,22 @@ fn main(@builtin(local_invocation_id) local: vec3<u32>, @builtin(workgroup_id) g
     for (var i = local.x; i < bins; i += GROUPu) { counts[group.x * bins + i] = atomicLoad(&table[i]); }
 }
 """
-_WRITE = """const quarter = QUARTERu;
-@group(0) @binding(0) var<storage, read> counts: array<u32>;
-struct Results {
-    @location(0) a: vec4<f32>,
-    @location(1) b: vec4<f32>,
-    @location(2) c: vec4<f32>,
-    @location(3) d: vec4<f32>,
-}
-fn four(i: u32) -> vec4<f32>
+_WRITE = """@group(0) @binding(0) var<storage, read> counts: array<u32>;
+@fragment
+fn main(@builtin(position) place: vec4<f32>) -> @location(0) vec4<f32>
 {
+    let i = u32(place.y) * BINSu + 4u * u32(place.x);
     return vec4<f32>(vec4<u32>(counts[i], counts[i + 1u], counts[i + 2u], counts[i + 3u]));
 }
-@fragment
-fn main(@builtin(position) place: vec4<f32>) -> Results
-{
-    let first = u32(place.y) * 4u * quarter + 4u * u32(place.x);
-    return Results(four(first), four(first + quarter), four(first + 2u * quarter), four(first + 3u * quarter));
-}
 """
-_TARGETS = [{"format": "rgba32float"}] * 4
 
 
 class CountRun:
     """The counting pass, compiled."""
 
-    def __init__(self, backend: WebGPUBackend, step: PixelStep) -> None:
-        assert step.known is not None
+    def __init__(self, backend: WebGPUBackend, step: CountStep) -> None:
         self.backend, self.step = backend, step
-        bins, device, programs = step.known.bins, backend.device, backend.programs
+        bins, device, programs = step.bins, backend.device, backend.programs
         self.rows = step.size[1]
         self.buffer = backend.buffer(4 * self.rows * bins, "STORAGE", f"the tables of pass {step.name!r}")
         backend.free_with(self, self.buffer)
@@ -83,10 +70,9 @@ class CountRun:
             programs.once(("count layout", number), partial(device.create_bind_group_layout, entries=group))
             for number, group in enumerate(entries)
         ]
-        quarter = str(step.known.quarter)
         text = _COUNT.replace("BINS", str(bins)).replace("GROUP", str(GROUP))
         self.counting = programs.once(("count", bins), lambda: self._counting(text))
-        self.writing = programs.once(("counts", bins), lambda: self._writing(quarter))
+        self.writing = programs.once(("counts", bins), lambda: self._writing(str(bins)))
         resource = {"buffer": self.buffer, "offset": 0, "size": self.buffer.size}
         self.written = device.create_bind_group(layout=self.layouts[1], entries=[{"binding": 0, "resource": resource}])
         self.resource = resource
@@ -96,15 +82,15 @@ class CountRun:
         layout = device.create_pipeline_layout(bind_group_layouts=[self.layouts[0]])
         return device.create_compute_pipeline(layout=layout, compute={"module": module, "entry_point": "main"})
 
-    def _writing(self, quarter: str) -> Any:
+    def _writing(self, bins: str) -> Any:
         device, programs = self.backend.device, self.backend.programs
-        module = programs.module(Listing(_WRITE.replace("QUARTER", quarter), (NOWHERE,)), "counts")
+        module = programs.module(Listing(_WRITE.replace("BINS", bins), (NOWHERE,)), "counts")
         return programs.pipeline(
             "counts",
             layout=device.create_pipeline_layout(bind_group_layouts=[self.layouts[1]]),
             vertex={"module": programs.module(Listing(FULLSCREEN, (NOWHERE,)), "fullscreen"), "entry_point": "main"},
             primitive={"topology": "triangle-list"},
-            fragment={"module": module, "entry_point": "main", "targets": _TARGETS},
+            fragment={"module": module, "entry_point": "main", "targets": [{"format": "rgba32float"}]},
         )
 
     def __call__(self, outputs: Sequence[Texture], images: Sequence[Texture], block: Block) -> None:
@@ -122,14 +108,11 @@ class CountRun:
             backend.encoded()
 
 
-def counts(backend: WebGPUBackend, step: PixelStep) -> bool:
-    """Return True if a step counts bins and the device can hold the tables."""
-    known, limits = step.known, backend.device.limits
-    if known is None:
-        return False
-    rows = step.size[1]
+def counts(backend: WebGPUBackend, step: CountStep) -> bool:
+    """Return True if the device can hold the tables."""
+    limits, rows = backend.device.limits, step.size[1]
     return bool(
         rows <= limits["max-compute-workgroups-per-dimension"]
-        and 4 * rows * known.bins <= limits["max-storage-buffer-binding-size"]
-        and 4 * known.bins <= limits["max-compute-workgroup-storage-size"]
+        and 4 * rows * step.bins <= limits["max-storage-buffer-binding-size"]
+        and 4 * step.bins <= limits["max-compute-workgroup-storage-size"]
     )

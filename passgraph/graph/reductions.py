@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from dataclasses import fields, replace
 from typing import Any, Literal, TypeAlias, cast
 
 import numpy as np
@@ -12,8 +13,8 @@ from passgraph.errors import GraphError
 from passgraph.formats import format_named
 from passgraph.graph.calls import kernel
 from passgraph.graph.run_values import Derived, Value
-from passgraph.graph.targets import MAX_SIDE, Blocks, Target, TargetSpec, target
-from passgraph.language.kernel import function, struct
+from passgraph.graph.targets import MAX_SIDE, MOST_BINS, Blocks, CountPass, PixelPass, Target, TargetSpec, target
+from passgraph.language.kernel import function
 from passgraph.language.primitives import floor, isnan
 from passgraph.language.symbols import Const, Image, ivec2, output_size, pixel, vec2, vec3, vec4
 from passgraph.language.vectors import dot
@@ -179,16 +180,6 @@ def bin_of(image: Image, low: float, high: float, bins: Const[int], channel: Con
     return min(place, float(bins - 1)) + 1.0 if number >= low and number <= high else 0.0
 
 
-@struct
-class Counts:
-    """Four pictures of counts, each with a quarter of the bins, four bins per pixel."""
-
-    first: vec4
-    second: vec4
-    third: vec4
-    fourth: vec4
-
-
 @function
 def counted(number: float, bins: vec4) -> vec4:
     """Return 1 for the number's own bin, 0 for others."""
@@ -201,52 +192,24 @@ def counted(number: float, bins: vec4) -> vec4:
 
 
 @kernel
-def count_bins(numbers: Image) -> Counts:
-    """Count the numbers of each row per bin: bins from left to right, rows from top to bottom.
+def count_bins(numbers: Image) -> vec4:
+    """Count the numbers of each row per bin: four bins per pixel from left to right, rows from top to bottom.
 
-    Each pixel counts sixteen bins, as reading a number costs more than comparing it.  Each iteration reads several
-    numbers; those beyond the picture are 0.
+    Each iteration reads several numbers; those beyond the picture are 0.
     """
-    quarter = float(4 * output_size().x)
-    bins_of_lanes = vec4(4 * pixel().x) + vec4(1.0, 2.0, 3.0, 4.0)
-    first, second, third, fourth = vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0)
+    bins, counts = vec4(4 * pixel().x) + vec4(1.0, 2.0, 3.0, 4.0), vec4(0.0)
     for x in range(0, MAX_SIDE, TOGETHER):
         if x >= numbers.size.x:
             break
         for i in range(TOGETHER):
-            number = numbers.texel(ivec2(x + i, pixel().y)).r
-            first += counted(number, bins_of_lanes)
-            second += counted(number, bins_of_lanes + quarter)
-            third += counted(number, bins_of_lanes + 2.0 * quarter)
-            fourth += counted(number, bins_of_lanes + 3.0 * quarter)
-    return Counts(first, second, third, fourth)
+            counts += counted(numbers.texel(ivec2(x + i, pixel().y)).r, bins)
+    return counts
 
 
 @kernel
-def sum_counts(first: Image, second: Image, third: Image, fourth: Image) -> Counts:
-    """Sum the counts of each 64 rows into one row, in all four pictures."""
-    return Counts(
-        level(first, SUM, COLUMNS, 0, False),
-        level(second, SUM, COLUMNS, 0, False),
-        level(third, SUM, COLUMNS, 0, False),
-        level(fourth, SUM, COLUMNS, 0, False),
-    )
-
-
-@kernel
-def count_of_bin(first: Image, second: Image, third: Image, fourth: Image) -> float:
-    """Return one bin of the four pictures, which store four bins per pixel, one picture after another."""
-    quarter = 4 * first.size.x
-    at, place = ivec2(pixel().x % quarter // 4, 0), pixel().x // quarter
-    if place == 0:
-        counts = first.texel(at)
-    elif place == 1:
-        counts = second.texel(at)
-    elif place == 2:
-        counts = third.texel(at)
-    else:
-        counts = fourth.texel(at)
-    return counts[pixel().x % 4]
+def count_of_bin(counts: Image) -> float:
+    """Return one bin of a row of pixels that store four bins each."""
+    return counts.texel(ivec2(pixel().x // 4, 0))[pixel().x % 4]
 
 
 Reduction: TypeAlias = Literal["sum", "mean", "min", "max", "arg_min", "arg_max"]
@@ -262,8 +225,6 @@ _BLOCKS: dict[str | None, tuple[int, tuple[int, int], int]] = {
 #: Range of a histogram's width: float32 can store the width, and the factor from a number to its bin, for up to the
 #: largest number of bins.
 _WIDTHS = (1e-34, 3.4e38)
-#: Most bins of a histogram: a table of this size fits into the local memory of a work-group or the cache of a core.
-MOST_BINS = 2048
 
 
 def reduce(
@@ -412,21 +373,24 @@ def histogram(
     # last run's content has no size of its own to take
     spec = target(f"{result_spec.name} bins", "r32f", like=image)
     numbered: Target = bin_of(image, *ends, bins, number, into=spec, name=spec.name)
-    rows = f"{result_spec.name} rows"
-    into_rows = _quarters(rows, Blocks(image, MAX_SIDE, 1, -(-bins // 16)))
-    tops: tuple[Target, ...] = count_bins(numbered.border("zero"), into=into_rows, name=rows)
-    _, (width, height), levels = _BLOCKS["y"]
-    for level in range(1, levels + 1):
-        below = [part.border("clamp") for part in tops]
-        fewer = _quarters(f"{rows} {level}", Blocks(below[0], width, height))
-        tops = sum_counts(*below, into=fewer, name=f"{rows} {level}")
+    rows = TargetSpec(f"{result_spec.name} rows", format_named("rgba32f"), Blocks(image, MAX_SIDE, 1, -(-bins // 4)))
+    top = _tree(count_rows(numbered, rows, rows.name), _HOW["sum"], "y", 0, rows.name)
     line = TargetSpec(f"{result_spec.name} in line", format_named("r32f"), Blocks(image, MAX_SIDE, MAX_SIDE, bins))
-    return reduced_one(count_of_bin(*tops, into=line, name=line.name), into=result_spec, name=name)
+    return reduced_one(count_of_bin(top, into=line, name=line.name), into=result_spec, name=name)
 
 
-def _quarters(name: str, size: Blocks) -> tuple[TargetSpec, ...]:
-    """Return four target declarations for counts, each for a quarter of the bins."""
-    return tuple(TargetSpec(f"{name}, quarter {part}", format_named("rgba32f"), size) for part in range(1, 5))
+def count_rows(numbers: Target, into: TargetSpec | tuple[TargetSpec, ...], name: str) -> Target:
+    """Add a pass that counts the whole numbers of each row of a single-channel picture.
+
+    Channel c of the pixel in column x of row y counts the texels of row y that equal ``4 * x + c + 1``; other numbers
+    and NaN are not counted.  Rows below the picture count nothing.  The picture may hold any values.
+    """
+    counted_target: Target = count_bins(numbers.content.border("zero"), into=into, name=name)
+    node = counted_target.made_by
+    assert isinstance(node, PixelPass)
+    return replace(
+        counted_target, made_by=CountPass(**{field.name: getattr(node, field.name) for field in fields(node)})
+    )
 
 
 def _tree(image: Target, how: int, axis: str | None, channel: int, name: str) -> Target:

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 MAX_SIDE = 1 << 15
 #: Largest index of an output within its pass: the limit on fields of a struct.
 MOST_SLOTS = 255
+#: Most bins of a histogram: a table of this size fits into the local memory of a work-group or the cache of a core.
+MOST_BINS = 2048
 #: Filters of ``image.sample(uv)``; the first one is the default.
 FILTERS = ("linear", "nearest")
 #: Settings of how a handle is read: word → field of `Target`.
@@ -290,6 +292,15 @@ class PixelPass:
     def drawn_over(self) -> tuple[Target, ...]:
         """Return nothing: it writes every pixel, so it needs no earlier content."""
         return ()
+
+
+@dataclass(frozen=True, eq=False)
+class CountPass(PixelPass):
+    """A count of the numbers in each row of a picture (`passgraph.graph.reductions.count_rows`).
+
+    A pixel pass gathers: each bin reads all texels.  The kernel defines the result on every device and for the oracle;
+    a device that can scatter adds each texel to its bin instead (`Backend.count_pass`).
+    """
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterator
 
 from passgraph.language import scalar as s
-from passgraph.plan.data import PixelStep, Plan, Step
+from passgraph.plan.data import CountStep, PixelStep, Plan, Step
 
 #: Most steps of a chain.  The halo that a chain recomputes around each piece grows with its length, and one kernel of
 #: many passes compiles slowly; longer sequences of passes become several chains.
@@ -60,7 +60,7 @@ class Chains:
 
     def _alike(self, start: int, number: int) -> bool:
         first, step = self.plan.steps[start], self.plan.steps[number]
-        if not isinstance(step, PixelStep) or step.known is not None:  # devices may implement it in their own way
+        if not isinstance(step, PixelStep) or isinstance(step, CountStep):
             return False
         return step.size == first.size and step.static == first.static
 

@@ -22,7 +22,6 @@ from passgraph.language.types import Array
 if TYPE_CHECKING:
     from passgraph.language.facts import Facts
     from passgraph.language.scalar import ScalarProgram
-    from passgraph.plan.known import Counting
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,14 +115,6 @@ class PixelStep:
     static: bool = False
 
     @property
-    def known(self) -> Counting | None:
-        """Return the recognized work of its program, see :mod:`passgraph.plan.known`; a device may implement it in its
-        own way."""
-        from passgraph.plan.known import known_work
-
-        return known_work(self)
-
-    @property
     def work(self) -> str:
         """Describe the step in a few words."""
         return "pixels" + (f" with {', '.join(self.fused)}" if self.fused else "")
@@ -135,6 +126,18 @@ class PixelStep:
     @property
     def writes(self) -> tuple[int, ...]:
         return self.outputs
+
+
+@dataclass(frozen=True, eq=False)
+class CountStep(PixelStep):
+    """A count of the numbers 1 to ``bins`` in each row of an r32f picture, into an rgba32f one: four bins per pixel.
+
+    ``program`` defines the result; see `passgraph.graph.reductions.count_rows`.
+    """
+
+    @property
+    def bins(self) -> int:
+        return 4 * self.size[0]
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,15 +7,28 @@ from dataclasses import dataclass, field, replace
 from heapq import heappop, heappush
 from itertools import pairwise
 
-from passgraph.formats import Format
+from passgraph.formats import FORMATS, Format
 from passgraph.graph.run_values import Derived, Value
-from passgraph.graph.targets import DrawPass, InputSpec, Pass, Target, TargetSpec
-from passgraph.plan.data import BufferSpec, CopyStep, DrawStep, Memory, PixelStep, Plan, Resource, Step, lifetimes
+from passgraph.graph.targets import MOST_BINS, CountPass, DrawPass, InputSpec, Pass, Target, TargetSpec
+from passgraph.plan.data import (
+    BufferSpec,
+    CopyStep,
+    CountStep,
+    DrawStep,
+    Memory,
+    PixelStep,
+    Plan,
+    Resource,
+    Step,
+    lifetimes,
+)
 from passgraph.plan.order import Copies
 from passgraph.plan.work import Lowered, Work
 
 #: Most sharers of an allocation named in a note.
 MAX_NAMED = 16
+#: Formats of the pictures that a `CountStep` reads and writes.
+_COUNTING = (FORMATS["r32f"],), (FORMATS["rgba32f"],)
 
 
 class Resources:
@@ -125,9 +138,12 @@ def _step(node: Pass, work: Work, resources: Resources) -> Step:
     pass_ = low.done
     if not isinstance(pass_, DrawPass):
         assert low.program is not None
-        return PixelStep(
-            low.name, low.program, images, resources.formats(r for _, r in images), outputs,
-            resources.formats(outputs), low.size, low.values, pass_, low.facts, low.fused,
+        formats = resources.formats(r for _, r in images), resources.formats(outputs)
+        # A count of other formats, or of more bins, runs its kernel.
+        is_count = isinstance(pass_, CountPass) and formats == _COUNTING and 4 * low.size[0] <= MOST_BINS
+        return (CountStep if is_count else PixelStep)(
+            low.name, low.program, images, formats[0], outputs, formats[1], low.size, low.values, pass_, low.facts,
+            low.fused,
         )  # fmt: skip
     assert low.vertex is not None
     depth = None if pass_.depth is None else resources.number_of(Target(pass_.depth, node, -1))

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from passgraph.graph.run_values import Derived, Value
-from passgraph.graph.targets import InputSpec, Pass, PixelPass, Target
+from passgraph.graph.targets import CountPass, InputSpec, Pass, PixelPass, Target
 from passgraph.language.facts import Facts, Fused, ImageFacts, fused_in, inner_first
 from passgraph.language.lower_cache import lower_once
 from passgraph.language.scalar import count, trips
@@ -91,6 +91,8 @@ def _fusable(target: Target, consumer: Lowered, counts: Known, work: Work) -> bo
     producer = work.passes.get(target.made_by) if target.made_by is not None else None
     if producer is None or not isinstance(producer.node, PixelPass) or producer.size != consumer.size:
         return False
+    if isinstance(producer.node, CountPass):
+        return False  # a device that scatters needs a pass of its own
     assert consumer.program is not None and producer.program is not None
     if any(target in counts.wanted for target in producer.colours):
         return False

@@ -20,7 +20,7 @@ from passgraph.language.long_arrays import picture_of
 from passgraph.language.scalar import ScalarProgram, UniformSlot
 from passgraph.language.uniform_layout import in_range
 from passgraph.plan.chains import Chains
-from passgraph.plan.data import CopyStep, DrawStep, PixelStep, Plan, Step
+from passgraph.plan.data import CopyStep, CountStep, DrawStep, PixelStep, Plan, Step
 from passgraph.run.caller_arrays import CallerArrays
 from passgraph.run.caller_arrays import Picture as Given
 from passgraph.run.result import Results
@@ -239,7 +239,7 @@ class Execution:
         if isinstance(step, CopyStep):
             return lambda _: self.backend.copy(self._storage(step.source_resource), self._storage(step.outputs[0]))
         if isinstance(step, PixelStep):
-            run = self.backend.pixel_pass(step)
+            run = self.backend.count_pass(step) if isinstance(step, CountStep) else self.backend.pixel_pass(step)
             block = Uniforms(step.program, step, self._overrides)
             image_ids = [r for _, r in step.images]
             return lambda values: run(

@@ -13,7 +13,7 @@ from passgraph.errors import GraphError, PassgraphError
 from passgraph.formats import Format
 from passgraph.graph.run_values import FRAME_INDEX, sources_of
 from passgraph.graph.targets import InputSpec, Target
-from passgraph.plan.data import Options, PixelStep, Plan
+from passgraph.plan.data import CountStep, Options, Plan
 from passgraph.plan.dependencies import inputs_behind, passes_behind
 from passgraph.run.caller_arrays import Admission, bound_to, given_room
 from passgraph.run.finite_checks import NonFinite, PassCheck
@@ -204,7 +204,7 @@ class Program:
         lines: list[str] = []
         for unit in [] if self._execution is None else self._execution.units:
             step = unit[0]
-            way = self.backend.own_way(step) if isinstance(step, PixelStep) and step.known is not None else None
+            way = self.backend.own_way(step) if isinstance(step, CountStep) else None
             if way is not None:
                 lines.append(f"- {step.name} is implemented in this device's own way: {way}")
         return lines

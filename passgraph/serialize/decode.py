@@ -17,6 +17,7 @@ from passgraph.formats import Format, format_named
 from passgraph.graph.calls import PixelKernel
 from passgraph.graph.draw_state import Blend, DrawState, FrozenGeometry, Stencil
 from passgraph.graph.drawing import draw
+from passgraph.graph.reductions import count_rows
 from passgraph.graph.run_values import FILLED_IN, MAX_DEPTH, Value
 from passgraph.graph.targets import (
     MAX_SIDE,
@@ -236,6 +237,8 @@ class _Graph:
     def _pass(self, data: object, where: str) -> dict[int, Target]:
         if isinstance(data, Mapping) and "mesh" in data:
             return self._draw(data, where)
+        if isinstance(data, Mapping) and "count" in data:
+            return self._count(data, where)
         document = self.document
         names = ("name", "into", "kernel", "images", "values", "constants")
         record = document.record(data, where, *names)
@@ -246,6 +249,13 @@ class _Graph:
         with document.at(where):
             targets = kernel.called(arguments, specs, name)
         return _by_slot(targets)
+
+    def _count(self, data: object, where: str) -> dict[int, Target]:
+        record = self.document.record(data, where, "name", "into", "count")
+        name, specs = self.document.text(record["name"], f"{where}.name"), self._specs(record["into"], f"{where}.into")
+        numbers = self._handle(record["count"], f"{where}.count")
+        with self.document.at(where):
+            return _by_slot(count_rows(numbers, specs, name))
 
     def _draw(self, data: object, where: str) -> dict[int, Target]:
         document = self.document

@@ -21,6 +21,7 @@ from passgraph.graph.targets import (
     Absolute,
     Blocks,
     Computed,
+    CountPass,
     DrawPass,
     InputSpec,
     Like,
@@ -180,6 +181,10 @@ class _Writer:
 
     def add_pass(self, node: Pass) -> None:
         into = [self._target(spec) for spec in node.into]
+        if isinstance(node, CountPass):
+            (numbers,) = node.images.values()
+            self._add("passes", node, {"name": node.name, "into": into, "count": self.handle(numbers)})
+            return
         if isinstance(node, DrawPass):
             of_kind: dict[str, Any] = {"into": into, **self._draw(node)}
             kernels = [node.vertex] if node.fragment is None else [node.vertex, node.fragment]

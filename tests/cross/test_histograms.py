@@ -15,9 +15,9 @@ import passgraph as pg
 from passgraph.backends.base import Backend
 from passgraph.backends.gl.backend import GLBackend
 from passgraph.backends.registry import open_backend
-from passgraph.graph.reductions import count_bins
+from passgraph.graph.reductions import count_bins, count_rows
 from passgraph.plan.build import build
-from passgraph.plan.data import PixelStep
+from passgraph.plan.data import CountStep, PixelStep
 from tests.conftest import require
 
 Picture = NDArray[Any]
@@ -95,39 +95,51 @@ def test_counts_go_from_frame_to_frame(device: Backend) -> None:
     assert made == [[6, 0, 0, 0, 0], [6, 0, 0, 0, 6], [0, 0, 6, 0, 6]]
 
 
-def counted_alone() -> tuple[tuple[pg.Target, ...], Picture, list[list[int]]]:
+def counted_alone() -> tuple[pg.Target, Picture, list[list[int]]]:
     """The counting by itself, of 48 bins, on a picture that anybody may have written, and what it means: rows beyond
     the picture count nothing."""
     random = np.random.default_rng(4)
     picture = random.integers(-3, 52, (21, 177)).astype(np.float32)
     wild = np.array([np.nan, np.inf, -np.inf, 3e38, -3e38, 4294967297, 0.5, 1.5, 48.01, 49, 1e-30, -0.0], np.float32)
     picture.reshape(-1)[random.permutation(picture.size)[: 9 * wild.size]] = np.tile(wild, 9)
-    handle = pg.Input("numbers", "r32f").border("zero")
-    quarters = tuple(pg.target(f"quarter {part}", "rgba32f", (3, 23)) for part in range(4))
+    counts = count_rows(pg.Input("numbers", "r32f"), pg.target("counts", "rgba32f", (12, 23)), "counts")
     expected = [[int((row == number).sum()) for number in range(1, 49)] for row in picture] + [[0] * 48] * 2
-    return count_bins(handle, into=quarters), picture, expected
+    return counts, picture, expected
 
 
-@pytest.mark.parametrize("options", [pg.Options(), pg.Options(simplify=False)], ids=["known", "as it is written"])
-def test_counting_is_the_kernel_whatever_a_picture_holds(device: Backend, options: pg.Options) -> None:
+@pytest.mark.parametrize("as_kernel", [False, True], ids=["count", "kernel"])
+def test_counting_is_the_kernel_whatever_a_picture_holds(device: Backend, as_kernel: bool) -> None:
     counts, picture, expected = counted_alone()
-    with pg.compile(counts, backend=device, options=options, non_finite="keep") as program:
-        made = program(numbers=picture[..., None])
-        known = [step.known is not None for step in program.plan.steps if isinstance(step, PixelStep)]
-    rows = np.concatenate([made[quarter.name].reshape(23, 12) for quarter in counts], axis=1)
-    assert rows.tolist() == expected
-    assert known == [options.simplify]
+    if as_kernel:
+        counts = count_bins(pg.Input("numbers", "r32f").border("zero"), into=counts.spec)
+    with pg.compile(counts, backend=device, non_finite="keep") as program:
+        made = program(numbers=picture[..., None])["counts"]
+        (step,) = program.plan.steps
+    assert made.reshape(23, 48).tolist() == expected
+    assert isinstance(step, CountStep) != as_kernel
+
+
+@pytest.mark.parametrize("change", ["r16f numbers", "rgba16f counts", "more bins"])
+def test_a_count_of_other_formats_runs_its_kernel(device: Backend, change: str) -> None:
+    """Documents may hold such counts; backends count in r32f and rgba32f, and have tables of 2048 bins."""
+    picture = np.array([[1, 2, 2, 5, np.nan, 2400]], np.float32)
+    spec = pg.target("counts", "rgba16f" if "counts" in change else "rgba32f", (600 if "bins" in change else 2, 1))
+    counts = count_rows(pg.Input("numbers", "r16f" if "numbers" in change else "r32f"), spec, "counts")
+    with pg.compile(counts, backend=device, non_finite="keep") as program:
+        made = program(numbers=picture[..., None])["counts"].ravel()
+        assert [type(step) for step in program.plan.steps] == [PixelStep]
+    assert made[:8].tolist() == [1, 2, 0, 0, 1, 0, 0, 0] and made.sum() == 4 + ("bins" in change)
 
 
 def test_counts_go_where_each_picture_lies(device: Backend) -> None:
-    """In memory of the caller's whose rows lie apart by different lengths, or from the bottom up."""
+    """In memory of the caller's whose rows lie apart, and from the bottom up."""
     counts, picture, expected = counted_alone()
-    outer = [np.full((23, 3 + 100 * beside, 4), 7, np.float32) for beside in range(4)]
-    inner = [array[:: -1 if beside % 2 else 1, :3] for beside, array in enumerate(outer)]
-    with pg.compile(counts, backend=device, non_finite="keep") as program:
-        program(numbers=picture[..., None], into=dict(zip((quarter.name for quarter in counts), inner, strict=True)))
-    assert np.concatenate([array.reshape(23, 12) for array in inner], axis=1).tolist() == expected
-    assert all((array[:, 3:] == 7).all() for array in outer)
+    for step in (1, -1):
+        outer = np.full((23, 103, 4), 7, np.float32)
+        with pg.compile(counts, backend=device, non_finite="keep") as program:
+            program(numbers=picture[..., None], into={"counts": outer[::step, :12]})
+        assert outer[::step, :12].reshape(23, 48).tolist() == expected
+        assert (outer[:, 12:] == 7).all()
 
 
 @pytest.mark.parametrize("isolation", ["sibling", "guard"])
@@ -141,16 +153,17 @@ def test_pictures_of_a_host_are_counted_where_they_lie_and_it_is_told(isolation:
     padded[4:25, 10:187] = picture[::-1]
     with offscreen(430) as context, pg.gl.Host.current(isolation) as host:
         numbers = context.texture((200, 40), 1, padded.tobytes(), dtype="f4")
-        textures = [context.texture((3, 23), 4, dtype="f4") for _ in counts]
-        given = {q.name: host.texture(t.glo) for q, t in zip(counts, textures, strict=True)}
+        texture = context.texture((12, 23), 4, dtype="f4")
         with pg.compile(counts, backend=host, non_finite="keep") as program:
-            program.run(numbers=host.texture(numbers.glo, region=(10, 4, 177, 21)), into=given)
+            program.run(
+                numbers=host.texture(numbers.glo, region=(10, 4, 177, 21)), into={"counts": host.texture(texture.glo)}
+            )
             assert [line for line in program.explain().splitlines() if "in a compute shader" in line]
             (step,) = program.plan.steps
-            assert isinstance(step, PixelStep)
+            assert isinstance(step, CountStep)
             assert ("", step.program.key) not in [key[:2] for key in host.programs.made]  # its program is not even made
-        rows = [np.frombuffer(t.read(), np.float32).reshape(23, 12)[::-1] for t in textures]
-    assert np.concatenate(rows, axis=1).tolist() == expected
+        made = np.frombuffer(texture.read(), np.float32).reshape(23, 48)[::-1]
+    assert made.tolist() == expected
 
 
 def test_the_reference_counts_by_the_kernel() -> None:
@@ -158,17 +171,36 @@ def test_the_reference_counts_by_the_kernel() -> None:
     counts, picture, expected = counted_alone()
     with pg.compile(counts, backend="reference", non_finite="keep") as program:
         made = program(numbers=picture[..., None])
-    assert np.concatenate([made[q.name].reshape(23, 12) for q in counts], axis=1).tolist() == expected
+    assert made["counts"].reshape(23, 48).tolist() == expected
 
 
-def test_the_counting_of_a_histogram_is_known() -> None:
-    """Its program is told by its key: one that changed on the way would be slow, and right."""
-    made = pg.histogram(pg.Input("frame", "rgb8", (64, 48)), 16)
-    there = pg.from_data(pg.to_data({"made": made}))
-    for outputs in ({"made": made}, there):
-        steps = [step for step in build(outputs).steps if isinstance(step, PixelStep)]
-        assert [step.name for step in steps if step.known is not None] == ["frame.histogram rows"]
-        assert [step.known.bins for step in steps if step.known is not None] == [16]
+def test_a_histogram_counts_in_a_step_of_its_own_from_a_document_too() -> None:
+    made = pg.histogram(pg.Input("frame", "rgb8", (64, 48)), 15)
+    data = pg.to_data({"made": made})
+    assert [sorted(one) for one in data["passes"] if "kernel" not in one] == [["count", "into", "name"]]
+    for outputs in ({"made": made}, pg.from_data(data)):
+        steps = [step for step in build(outputs).steps if isinstance(step, CountStep)]
+        assert [(step.name, step.bins) for step in steps] == [("frame.histogram rows", 16)]
+
+
+def test_a_document_from_before_counts_were_passes_counts_by_its_kernel() -> None:
+    """Its counting pass has a kernel, as any pixel pass, and counts the same."""
+    counts, picture, expected = counted_alone()
+    kernel = count_bins(pg.Input("numbers", "r32f").border("zero"), into=counts.spec)
+    data = pg.to_data(kernel)
+    assert [sorted(one) for one in data["passes"]] == [["constants", "images", "into", "kernel", "name", "values"]]
+    with pg.compile(pg.from_data(data), backend="numpy", non_finite="keep") as program:
+        assert program(numbers=picture[..., None])["counts"].reshape(23, 48).tolist() == expected
+
+
+def test_a_count_is_not_fused_into_its_reader() -> None:
+    counts, picture, expected = counted_alone()
+    twice = pg.kernel(source="def twice(counts: Image) -> vec4: return 2.0 * counts[0, 0]")
+    with pg.compile(twice(counts), backend="numpy", non_finite="keep") as program:
+        assert (
+            program(numbers=picture[..., None])["twice"].reshape(23, 48).tolist() == (2 * np.array(expected)).tolist()
+        )
+        assert [type(step) for step in program.plan.steps] == [CountStep, PixelStep]
 
 
 @pytest.mark.sampled

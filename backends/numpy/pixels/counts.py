@@ -1,4 +1,4 @@
-"""Count bins of rows (:class:`passgraph.plan.known.Counting`): each texel increments its bin in a table."""
+"""Count bins of rows (`passgraph.plan.data.CountStep`): each texel increments its bin in a table."""
 
 from __future__ import annotations
 
@@ -11,15 +11,13 @@ from passgraph.backends.numpy.machine.llvm import IRBuilder
 from passgraph.backends.numpy.machine.machine_code import function_code, lanes
 from passgraph.backends.numpy.machine.workers import Workers
 from passgraph.backends.numpy.vector.lanes import F32, I32, I64, Lanes, counting, zeros
-from passgraph.backends.numpy.vector.texels import element
 from passgraph.cached import cached_property
-from passgraph.graph.reductions import MOST_BINS
-from passgraph.plan.known import COUNTED
+from passgraph.graph.targets import MOST_BINS
 
 if TYPE_CHECKING:
     from passgraph.backends.base import Block
     from passgraph.backends.numpy.storage import Storage
-    from passgraph.plan.data import PixelStep
+    from passgraph.plan.data import CountStep
 
 #: Neighboring numbers are often equal: they go to several tables in turn, so that additions do not wait for each other.
 TABLES = 4
@@ -27,15 +25,14 @@ TABLES = 4
 ROOM = MOST_BINS + 32
 #: Texels in one piece of work.
 PIECE = 65_536
-_CALL = ctypes.CFUNCTYPE(None, *[ctypes.c_int64] * 15)
+_CALL = ctypes.CFUNCTYPE(None, *[ctypes.c_int64] * 9)
 
 
 class Counts:
     """The counting pass, compiled."""
 
-    def __init__(self, step: PixelStep, workers: Workers) -> None:
-        assert step.known is not None
-        self.workers, self.rows, self.quarter, width = workers, step.size[1], step.known.quarter, lanes()
+    def __init__(self, step: CountStep, workers: Workers) -> None:
+        self.workers, self.rows, self.bins, width = workers, step.size[1], step.bins, lanes()
         self.code = function_code(("counts", str(width)), lambda name: counts_text(name, width))
 
     @cached_property
@@ -43,38 +40,33 @@ class Counts:
         return self.code.function(_CALL)
 
     def __call__(self, outputs: Sequence[Storage], images: Sequence[Storage], block: Block) -> None:
-        (image,), places = images, [number for output in outputs for number in (output.address, output.pitch)]
+        (image,), (counts,) = images, outputs
         each = max(1, PIECE // image.size[0])
 
         def piece(number: int) -> None:
             first = number * each
             end = min(first + each, self.rows)
-            self.function(*image.by_rows, *places, self.quarter, first, end)
+            self.function(*image.by_rows, counts.address, counts.pitch, self.bins, first, end)
 
         self.workers.each(piece, -(-self.rows // each))
 
 
 def counts_text(name: str, width: int) -> str:
-    """Return a module with ``counts(picture…, outputs…, quarter, first, end)``: counts these rows into the outputs'
-    rows."""
+    """Return a module with ``counts(picture…, output…, bins, first, end)``: counts these rows into the output's."""
     module = llvm.Module(name)
-    function = llvm.Function(module, llvm.FunctionType(llvm.VoidType(), [I64] * 15), name)
+    function = llvm.Function(module, llvm.FunctionType(llvm.VoidType(), [I64] * 9), name)
     b = Lanes(IRBuilder(function), width)
-    picture, across, down, pitch, *outputs, quarter, first, end = function.args
-    bins = b.mul(quarter, _long(4))
+    picture, across, down, pitch, output, apart, bins, first, end = function.args
     tables = b.alloca(I32, _long(TABLES * ROOM))
-    source, *targets = (b.inttoptr(address, llvm.PointerType()) for address in (picture, *outputs[::2]))
+    source, target = (b.inttoptr(address, llvm.PointerType()) for address in (picture, output))
     with counting(b, first, end, _long(1)) as y:
         with counting(b, _long(0), b.add(bins, _long(1)), _long(width)) as entry:
             for table in range(TABLES):
                 place = _place(b, tables, b.add(entry, _long(table * ROOM)), I32)
                 b.plain.store(zeros(b.vector(I32)), place, align=4)
         with b.if_then(b.icmp_signed("<", y, down)):  # rows below the picture count nothing
-            _row(b, _place(b, source, b.mul(y, pitch), element(COUNTED)), across, bins, tables)
-        for part, (target, apart) in enumerate(zip(targets, outputs[1::2], strict=True)):
-            row = b.mul(b.mul(y, apart), _long(4))
-            mine = _place(b, tables, b.mul(quarter, _long(part)), I32)
-            _sums(b, mine, _place(b, target, row, F32), quarter)
+            _row(b, _place(b, source, b.mul(y, pitch), F32), across, bins, tables)
+        _sums(b, tables, _place(b, target, b.mul(b.mul(y, apart), _long(4)), F32), bins)
     b.ret_void()
     return str(module)
 
@@ -89,15 +81,15 @@ def _place(b: Lanes, pointer: Any, index: Any, kind: Any) -> Any:
 
 def _row(b: Lanes, row: Any, across: Any, bins: Any, tables: Any) -> None:
     """Count a row's numbers in the tables: vectors, then the rest one by one."""
-    kind, turns = element(COUNTED), b.lanes
+    turns = b.lanes
     vectors_end = b.sub(across, b.srem(across, _long(turns)))
     with counting(b, _long(0), vectors_end, _long(turns)) as x:
-        loaded = b.load(_place(b, row, x, kind), typ=b.vector(kind), align=4)
+        loaded = b.load(_place(b, row, x, F32), typ=b.vector(F32), align=4)
         numbers = _bins(b, loaded, bins)
         for lane in range(turns):
             _add(b, tables, b.extract_element(numbers, llvm.Constant(I32, lane)), lane % TABLES)
     with counting(b, vectors_end, across, _long(1)) as x:
-        _add(b, tables, _bins(b, b.load(_place(b, row, x, kind), typ=kind, align=4), bins), 0)
+        _add(b, tables, _bins(b, b.load(_place(b, row, x, F32), typ=F32, align=4), bins), 0)
 
 
 def _bins(b: Lanes, value: Any, bins: Any) -> Any:

@@ -6,7 +6,6 @@ Numbers are small and whole, so sums are exact in any order; of equal values the
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,10 +18,10 @@ GROUP = "plans"
 SIZE = (67, 11)
 #: A power of two texels.
 EVEN = (64, 8)
-#: Three pixels of four bins in each quarter, without padding; the numbers fall into bins of every quarter.
+#: Bins, four for each pixel of counts without padding.
 BINS = 48
-#: Size of counts by row: three pixels, and two more rows than the picture has.
-ROWS = (3, SIZE[1] + 2)
+#: Size of counts by row: two more rows than the picture has.
+ROWS = (BINS // 4, SIZE[1] + 2)
 #: A size with rows that are counted 64 at a time, and a partial last group.
 HIGH = (7, 150)
 
@@ -41,11 +40,11 @@ def cases() -> Iterator[Case]:
     counts = np.histogram(picture[..., 2], BINS, (0.05, 6))[0]
     yield Case(GROUP, "a histogram", counted, SIZE, frames, exact={"counts": counts[None, :, None]})
     numbers = wild_numbers()
-    exact = {f"quarter {k}": quarter for k, quarter in enumerate(quarters_of(numbers))}
+    exact = {"counts": counts_of(numbers)}
     yield Case(GROUP, "counts of wild numbers", counted_rows, ROWS, ({"numbers": numbers},), exact=exact, quick=False)
     high = np.random.default_rng(12).integers(1, BINS + 1, (HIGH[1], HIGH[0], 1))
     blocks = np.array([np.bincount(high[y : y + 64].ravel() - 1, minlength=BINS) for y in range(0, HIGH[1], 64)])
-    exact = {f"quarter {k}": quarter for k, quarter in enumerate(_in_quarters(blocks))}
+    exact = {"counts": blocks.reshape(-1, ROWS[0], 4)}
     together = ({"numbers": high.astype(np.float32)},)
     yield Case(
         GROUP, "counts of 64 rows each", counted_together, (ROWS[0], len(blocks)), together, exact=exact, quick=False
@@ -85,38 +84,29 @@ def wild_numbers() -> NDArray[np.float32]:
     return numbers
 
 
-def quarters_of(numbers: NDArray[np.float32]) -> NDArray[np.float64]:
-    """Count each bin's numbers in each row, as four pictures; rows below the picture count 0."""
+def counts_of(numbers: NDArray[np.float32]) -> NDArray[np.float64]:
+    """Count each bin's numbers in each row, four bins per pixel; rows below the picture count 0."""
     counts = np.zeros((ROWS[1], BINS))
     counts[: SIZE[1]] = (numbers == np.arange(1, BINS + 1)).sum(1)
-    return _in_quarters(counts)
-
-
-def _in_quarters(counts: NDArray[Any]) -> NDArray[Any]:
-    """Return rows of counts as four pictures."""
-    return counts.reshape(-1, 4, ROWS[0], 4).swapaxes(0, 1)
+    return counts.reshape(-1, ROWS[0], 4)
 
 
 def counted_rows() -> Mapping[str, pg.Target]:
-    """Apply the counting kernel to a picture that is not from a histogram."""
-    from passgraph.graph.reductions import count_bins
+    """Count the numbers of a picture that is not from a histogram."""
+    from passgraph.graph.reductions import count_rows
 
-    into = tuple(pg.target(f"quarter {k}", "rgba32f", ROWS) for k in range(4))
-    targets: tuple[pg.Target, ...] = count_bins(pg.Input("numbers", "r32f", SIZE).border("zero"), into=into)
-    return {target.name: target for target in targets}
+    return {"counts": count_rows(pg.Input("numbers", "r32f", SIZE), pg.target("counts", "rgba32f", ROWS), "counts")}
 
 
 def counted_together() -> Mapping[str, pg.Target]:
     """Sum the counts of all rows; nothing else reads them."""
-    from passgraph.graph.reductions import count_bins, sum_counts
+    from passgraph.graph.reductions import COLUMNS, SUM, count_rows, reduce_level
 
     same = pg.kernel(source="def same(a: Image) -> float: return a[0, 0].r")
     numbered: pg.Target = same(pg.Input("numbers", "r32f", HIGH), into=pg.target("same", "r32f"))
-    rows = tuple(pg.target(f"rows {k}", "rgba32f", (ROWS[0], HIGH[1])) for k in range(4))
-    counts: tuple[pg.Target, ...] = count_bins(numbered.border("zero"), into=rows)
-    into = tuple(pg.target(f"quarter {k}", "rgba32f", (ROWS[0], -(-HIGH[1] // 64))) for k in range(4))
-    targets: tuple[pg.Target, ...] = sum_counts(*(part.border("clamp") for part in counts), into=into)
-    return {target.name: target for target in targets}
+    rows = count_rows(numbered, pg.target("rows", "rgba32f", (ROWS[0], HIGH[1])), "rows")
+    into = pg.target("counts", "rgba32f", (ROWS[0], -(-HIGH[1] // 64)))
+    return {"counts": reduce_level(rows, SUM, COLUMNS, into=into)}
 
 
 def levelled() -> Mapping[str, pg.Target]:
