@@ -5,14 +5,14 @@ from __future__ import annotations
 
 import functools
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, ParamSpec, TypeAlias, TypeVar, get_args, get_type_hints
 
 import numpy as np
 
 from passgraph import arguments, signatures
-from passgraph.arguments import flag, one_of, text
+from passgraph.arguments import flag, near, one_of, text
 from passgraph.effects.annotations import check, check_fields
 from passgraph.errors import GraphError
 
@@ -61,7 +61,7 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
 
     @signatures.wraps(function)
     def wrapper(*args: P.args, **options: P.kwargs) -> R:
-        bound = signature.bind(*args, **options)
+        bound = _bound(signature, name, args, options)
         for argument, value in bound.arguments.items():
             if value is not signature.parameters[argument].default:
                 check(value, hints().get(argument, Any), f"{name}: {argument}")
@@ -71,6 +71,22 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
         return function(*bound.args, **bound.kwargs)
 
     return wrapper
+
+
+def _bound(
+    signature: inspect.Signature, name: str, args: Sequence[Any], options: Mapping[str, Any]
+) -> inspect.BoundArguments:
+    """Bind arguments like `inspect.Signature.bind`, with errors that name the effect and its parameters."""
+    try:
+        return signature.bind(*args, **options)
+    except TypeError as error:
+        known = signature.parameters
+        unknown = [option for option in options if option not in known]
+        if not unknown:
+            raise TypeError(f"{name}: {error}") from None
+        raise TypeError(
+            f"{name} has no parameter {unknown[0]!r}{near(unknown[0], known)}; it has {', '.join(known)}"
+        ) from None
 
 
 def with_surface_depth(function: Callable[P, R]) -> Callable[P, R]:

@@ -18,8 +18,8 @@ from passgraph.errors import BackendError, DeviceMissingError
 from passgraph.graph.targets import Target
 from passgraph.plan.build import build
 from passgraph.plan.data import PixelStep
-from passgraph.verify.compare import Report, compare, distance
-from passgraph.verify.oracle.pass_bounds import OPTIONS
+from passgraph.verify.compare import Report, _bound_share, compare, distance
+from passgraph.verify.oracle.pass_bounds import OPTIONS, Passes
 from passgraph.verify.report import other_bits
 from tests.agreement import assert_within_bounds
 
@@ -86,6 +86,20 @@ def test_the_reference_agrees_with_itself() -> None:
     report = compare(chain(), ["reference"], frame=picture())
     assert [target.max_error for target in report.backends[0].targets] == [0.0, 0.0, 0.0]
     assert [target.differing for target in report.backends[0].targets] == [0.0, 0.0, 0.0]
+    assert [target.bound_share for target in report.backends[0].targets] == [0.0, 0.0, 0.0]
+
+
+def test_an_error_is_told_as_a_share_of_what_is_allowed_there() -> None:
+    """Half of the way from the reference to the upper bound, and a little beyond that bound."""
+    passes = Passes({"third": chain()}, None, [{"frame": picture()}])
+    expected, allowed = passes.allowed()
+    (key,) = [key for key in expected if passes.plan.resources[key[2]].name == "second"]
+    width = float(np.median(allowed[key].values.hi - expected[key]))
+    assert width > 0.0
+    for share in (0.5, 1.5):
+        got = expected[key].astype(np.float64) + share * (allowed[key].values.hi - expected[key])
+        assert _bound_share(got, expected[key], allowed[key].values) == pytest.approx(share)
+    assert _bound_share(expected[key], expected[key], allowed[key].values) == 0.0
 
 
 def test_a_wrong_pass_is_named_and_those_behind_it_are_not_blamed() -> None:

@@ -66,11 +66,11 @@ def show(report: Report) -> None:
 
 
 def _show_table(backend: BackendReport) -> None:
-    numbers = ("max error", "RMSE", "differing", "median width", "ambiguous", "outside", "adds up to", "verdict")
+    numbers = ("max error", "RMSE", "differing", "of its bound", "ambiguous", "outside", "adds up to", "verdict")
     rows = [
         (
             t.step, f"{t.target} ({t.format.name})", f"{t.max_error:.3g}", f"{t.rmse:.3g}", f"{t.differing:.2%}",
-            f"{t.median_width:.3g}", f"{t.ambiguous:.3%}", f"{t.outside:.3%}", f"{t.accumulated_max:.3g}",
+            f"{t.bound_share:.1%}", f"{t.ambiguous:.3%}", f"{t.outside:.3%}", f"{t.accumulated_max:.3g}",
             marked(t.verdict, t.passed),
         )
         for t in backend.targets

@@ -28,6 +28,7 @@ from passgraph.language.native import MATH, Math
 from passgraph.plan.data import Plan
 from passgraph.verify.kinds import first_other_kind, other_kinds
 from passgraph.verify.oracle.allowed import Allowed
+from passgraph.verify.oracle.interval import Interval
 from passgraph.verify.oracle.pass_bounds import Key, Passes, Picture
 from passgraph.verify.oracle.time_limit import TimeLimit
 from passgraph.verify.oracle.watch import Cause, Watch
@@ -270,7 +271,17 @@ def _measured(
         most_ambiguous=most_ambiguous,
         untried=allowed.untried,
         spread=_spread(reference),
+        bound_share=_bound_share(got, reference, allowed.values),
     )
+
+
+def _bound_share(got: Picture, reference: Picture, bounds: Interval) -> float:
+    """Return the largest distance of a number from the reference's, relative to the distance of its bound."""
+    number, expected = np.asarray(got, np.float64), np.asarray(reference, np.float64)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        error = np.abs(number - expected)
+        share = error / np.abs(np.where(number > expected, bounds.hi, bounds.lo) - expected)
+    return float(np.max(share, initial=0.0, where=np.isfinite(error) & (error > 0.0)))
 
 
 def _spread(picture: Picture) -> float:

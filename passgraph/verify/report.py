@@ -43,6 +43,8 @@ class TargetReport:
     worst : (column, row) of the pixel farthest outside its bounds; if none is outside, of the largest error
     worst_got, worst_expected, worst_low, worst_high : values and bounds of the worst channel there
     median_width : median width of the bounds
+    bound_share : the largest error of a value, relative to what its own bounds allow in that direction; 1 is the most
+        that a conforming backend may have
     spread : range of the reference's values without the lowest and highest twentieth, or their size if that is more
     accumulated_max, accumulated_rmse : on this backend's own pictures, with the errors of earlier passes
     other_kind : NaN or infinity in place of numbers, or the reverse, within bounds and not explained by a decision
@@ -76,6 +78,7 @@ class TargetReport:
     places: tuple[tuple[Cause, int], ...] = ()
     spread: float = np.inf
     non_finite: OtherKind | None = None
+    bound_share: float = 0.0
 
     @property
     def is_vague(self) -> bool:
@@ -115,8 +118,9 @@ class TargetReport:
 
     @property
     def figures(self) -> str:
-        """Return the largest error and the median width of the bounds, to follow the verdict."""
-        return f"error {self.max_error:.2g}, allowed {self.median_width:.2g}"
+        """Return the largest error, and the largest share that an error has of its bound, to follow the verdict."""
+        share = f"at most {self.bound_share:.0%}" if np.isfinite(self.bound_share) else "more than all"
+        return f"error {self.max_error:.2g}, {share} of its bound"
 
     @property
     def undecided(self) -> str:

@@ -7,11 +7,12 @@ import subprocess
 import sys
 import typing
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import passgraph as pg
-from passgraph.effects import Pcss
+from passgraph.effects import Pcss, gaussian_blur
 from passgraph.effects.checked import Takes, effect
 from passgraph.effects.effect_table import EFFECTS, Effect, by_family
 from passgraph.effects.light2d import World2D
@@ -175,3 +176,19 @@ def test_every_built_in_effect_has_a_family() -> None:
     assert built_in.isdisjoint(effect.name for effect in families.get("Others", ()))
     assert [effect.name for effect in families["Flat worlds"]] == ["light2d"]
     assert "fog" in {effect.name for effect in families["Pictures with depth"]}
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (
+            {"sigma": 2.0},
+            r"^gaussian_blur has no parameter 'sigma' \(did you mean 'sigma_px'\?\); it has color, sigma_px, ",
+        ),
+        ({"zzz": 2.0}, r"^gaussian_blur has no parameter 'zzz'; it has color, "),
+        ({"color": None}, r"^gaussian_blur: multiple values for argument 'color'$"),
+    ],
+)
+def test_a_wrong_parameter_is_told_with_the_effect_and_what_it_has(options: dict[str, Any], words: str) -> None:
+    with pytest.raises(TypeError, match=words):
+        gaussian_blur(pg.Input("frame"), **options)
