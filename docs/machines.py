@@ -1,4 +1,4 @@
-"""Writes docs/machines.md from docs/machines.json: what tests/machines.sh saw on each system.
+"""Writes docs/machines.md from docs/machines.json, what tests/machines.sh saw on each system, and docs/wheels.json.
 
     python docs/machines.py
 
@@ -17,13 +17,13 @@ import tomllib
 from collections.abc import Iterator
 from datetime import date
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from packaging.requirements import Requirement
 
 DOCS = Path(__file__).resolve().parent
-ROWS, PAGE = DOCS / "machines.json", DOCS / "machines.md"
+ROWS, WHEELS, PAGE = DOCS / "machines.json", DOCS / "wheels.json", DOCS / "machines.md"
 #: Installed by the second command.
 OF_DEVELOPERS = "dev"
 #: What the page shows of a row, and the name of it there.
@@ -51,6 +51,12 @@ TAIL = """
   is one.
 - OpenGL and Vulkan are Mesa's llvmpipe and lavapipe, which run on the CPU. [On a graphics card](gpu.md) has others.
 - macOS and Windows are not tested.
+
+## Packages without a wheel
+
+Each cell lists the versions of Python on which an extra does not install without a compiler, of {pythons}. Other extras
+install on all of them. `python -m tests.wheels` asks the package registry.
+
 """
 
 
@@ -91,7 +97,24 @@ def page(rows: dict[str, dict[str, str]]) -> str:
     lines = ["| | " + " | ".join(one["system"] for one in rows.values()) + " |", "|---" * (len(rows) + 1) + "|"]
     for name, key in SHOWN.items():
         lines.append(f"| {name} | " + " | ".join(one.get(key) or "not tried" for one in rows.values()) + " |")
-    return HEAD + "\n".join(lines) + "\n" + TAIL
+    return HEAD + "\n".join(lines) + "\n" + wheels_table(json.loads(WHEELS.read_text(encoding="utf-8")))
+
+
+def wheels_table(asked: dict[str, Any]) -> str:
+    """The end of the page, with a table of what tests/wheels.py found."""
+    missing: dict[str, dict[str, dict[str, list[str]]]] = asked["missing"]
+    rows = [[f"| {name} " for name in ("Extra", "lacks", *missing)], ["|---"] * (2 + len(missing))]
+    pythons = list(next(iter(missing.values())))
+    for extra in sorted({*asked["extras"]} - {"all"}, key=lambda name: (name != "passgraph", name)):
+        lacks = sorted({one for found in missing.values() for gaps in found.values() for one in gaps.get(extra, [])})
+        cells = []
+        for found in missing.values():
+            without = [python for python in pythons if extra in found[python]]
+            cells.append("each" if without == pythons else ", ".join(without) or "–")
+        if lacks:
+            named = "passgraph itself" if extra == "passgraph" else f"`{extra}`"
+            rows.append([f"| {one} " for one in (named, ", ".join(lacks), *cells)])
+    return TAIL.format(pythons=f"{pythons[0]} to {pythons[-1]}") + "".join("".join(row) + "|\n" for row in rows)
 
 
 def main() -> None:

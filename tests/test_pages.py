@@ -166,3 +166,13 @@ def test_a_row_names_the_extras_that_do_not_install() -> None:
     assert "| install, render a picture | passed |" in page
     assert "| tests | not tried |" in page
     assert machines.row("extra gl\tpassed\n")["extras"] == "none of 1"
+
+
+def test_the_table_of_wheels_names_versions_of_python() -> None:
+    missing = {
+        "Linux": {"3.11": {}, "3.12": {"gl": ["one"]}},
+        "macOS": {python: {"gl": ["two"]} for python in ("3.11", "3.12")},
+    }
+    table = machines.wheels_table({"extras": ["all", "gl", "passgraph"], "missing": missing})
+    assert "of 3.11 to 3.12." in table
+    assert table.endswith("|---|---|---|---|\n| `gl` | one, two | 3.12 | each |\n")
