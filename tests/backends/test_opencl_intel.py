@@ -81,9 +81,8 @@ def test_the_runtime_is_the_one_that_is_meant(environment: dict[str, str]) -> No
 
 #: File → which of its tests are run there.
 CHOSEN = {
-    "backends/test_opencl_pixels.py": "border_rule or halves or pythons or breaks",
-    "backends/test_opencl_draws.py": "shared_edges or near_plane or guard",
-    "backends/test_opencl_outputs.py": "stencil_counts or several or discarded or blending",
+    "cross/test_pixel_meanings.py": "opencl and (border_rule or halves or pythons or breaks)",
+    "cross/test_draw_meanings.py": "opencl and (shared_edges or near_plane or guard or stencil or discarded)",
     "cross/test_far_positions.py": "opencl",
     "language/test_powers.py": "opencl",
     "cross/test_literal_operands.py": "opencl",

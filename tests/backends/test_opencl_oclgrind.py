@@ -35,17 +35,16 @@ with open_backend("opencl") as backend:
 
 #: File → which of its tests are run there.
 CHOSEN = {
-    "test_opencl_pixels": "border_rule and (130 or size0) or halves or pythons or breaks",
-    "test_opencl_draws": "shared_edges or near_plane or guard",
-    "test_opencl_outputs": "stencil_counts or several or discarded or blending",
-    "test_opencl_tiles": "work_groups or images",
+    "cross/test_pixel_meanings": "opencl and (border_rule and (130 or size0) or halves or pythons or breaks)",
+    "cross/test_draw_meanings": "opencl and (shared_edges or near_plane or guard or holds or discarded or blending)",
+    "backends/test_opencl_tiles": "work_groups or images",
 }
 
 
 def test_kernels_stay_inside_their_buffers_and_do_not_race(tmp_path: Path) -> None:
     """The tests of those files pass there too, and the simulator has nothing to say."""
-    chosen = " or ".join(f"({file} and ({words}))" for file, words in CHOSEN.items())
-    files = [f"tests/backends/{file}.py" for file in CHOSEN]
+    chosen = " or ".join(f"({Path(file).stem} and ({words}))" for file, words in CHOSEN.items())
+    files = [f"tests/{file}.py" for file in CHOSEN]
     assert_clean(["-m", "pytest", "-q", "-n", "0", "-p", "no:cacheprovider", "-k", chosen, *files], tmp_path)
 
 

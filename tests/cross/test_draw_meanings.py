@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 import passgraph as pg
@@ -302,8 +303,16 @@ def test_a_depth_target_is_read_by_a_later_pass(device: Backend) -> None:
 
 
 def test_discarded_fragments_change_nothing(device: Backend) -> None:
-    drawn = run(device, pg.draw(WHOLE, vertex=flat, fragment=holes, into=colour()))[..., 0]
-    assert drawn[:, ::2].all() and not drawn[:, 1::2].any()
+    count, depth = pg.Stencil(passed="increment"), depth_target("depth32f_stencil8")
+    made = pg.draw(WHOLE, vertex=flat, fragment=holes, into=colour(), depth=depth, stencil=count)
+    with pg.compile([made, made.depth], device) as program:
+        result = program()
+    for picture, kept, drawn in (
+        (result["color"], 0, 0.25),
+        (result["depth"], 1, 0.5),
+        (stencil_of(device, made), 0, 1),
+    ):
+        assert (picture[:, ::2, 0] == drawn).all() and (picture[:, 1::2, 0] == kept).all()
 
 
 def test_masks_hold_channels_back_for_one_draw(device: Backend) -> None:
@@ -336,19 +345,68 @@ def test_a_target_is_cleared_and_drawn_over(device: Backend) -> None:
     assert [drawn[5, x].tolist() for x in (2, 8, 14)] == [list(MIXED), [0.5, 0.25, 0.125, 1], [0, 1, 0, 1]]
 
 
-def test_a_write_mask_keeps_the_other_bits_of_the_stencil(device: Backend) -> None:
-    made = pg.draw(
-        boxed(0, 0, 8, 12, (0.0,) * 4), vertex=flat, fragment=painted, into=colour(),
-        depth=depth_target("depth32f_stencil8"), clear_stencil=2,
-        stencil=pg.Stencil("always", 5, write_mask=0x0D, passed="replace"),
-    )  # fmt: skip
+def stencil_of(device: Backend, made: Any) -> NDArray[np.float32]:
+    """The stencil behind a draw, (height, width, 1): one draw for each of its bits, where that is set."""
+    depth, into = made.depth, pg.target("stencil", "rgba32f", SIZE)
     for bit in range(8):
-        made = pg.draw(
-            boxed(0, 0, *SIZE, (float(1 << bit), 0.0, 0.0, 0.0)), vertex=flat, fragment=painted, into=made, blend="add",
-            depth=made.depth, depth_compare="always", stencil=pg.Stencil("equal", 255, read_mask=1 << bit),
+        into = pg.draw(
+            boxed(0, 0, *SIZE, (float(1 << bit), 0.0, 0.0, 0.0)), vertex=flat, fragment=painted, into=into, blend="add",
+            depth=depth, depth_compare="always", stencil=pg.Stencil("equal", 255, read_mask=1 << bit),
         )  # fmt: skip
-    drawn = run(device, made)[..., 0]
-    assert drawn[3, 3] == 7 and drawn[3, 12] == 2
+        depth = into.depth
+    return run(device, into)[..., :1]
+
+
+@pytest.mark.parametrize(
+    ("rule", "start", "stored"),
+    [
+        ({"passed": "increment"}, 255, 255), ({"passed": "increment_wrap"}, 255, 0), ({"passed": "decrement"}, 0, 0),
+        ({"passed": "decrement_wrap"}, 0, 255), ({"passed": "increment"}, 6, 7), ({"passed": "invert"}, 0x0F, 0xF0),
+        ({"reference": 0xFF, "passed": "replace", "write_mask": 0x0F}, 0xA0, 0xAF),
+        ({"compare": "never", "reference": 9, "fail": "replace"}, 1, 9),
+    ],
+)  # fmt: skip
+def test_a_stencil_holds_what_its_rule_says(device: Backend, rule: dict[str, Any], start: int, stored: int) -> None:
+    depth = depth_target("depth32f_stencil8")
+    made = pg.draw(boxed(0, 0, 8, 12, MIXED), vertex=flat, fragment=painted, into=colour(), depth=depth,
+                   stencil=pg.Stencil(**rule), clear_stencil=start)  # fmt: skip
+    held = stencil_of(device, made)[..., 0]
+    assert held[3, 3] == stored and held[3, 12] == start
+
+
+def test_a_failed_depth_test_has_its_own_operation(device: Backend) -> None:
+    rule = pg.Stencil(reference=9, depth_fail="replace", passed="zero")
+    made = pg.draw(WHOLE, vertex=flat, fragment=painted, into=colour(), depth=depth_target("depth32f_stencil8"),
+                   stencil=rule, clear_stencil=1, depth_compare="never")  # fmt: skip
+    assert (stencil_of(device, made) == 9).all()
+
+
+def test_blending_happens_in_the_order_of_submission(device: Backend) -> None:
+    corners = [*quad().positions, *quad().positions]
+    colors = [(1, 0, 0, 0.5)] * 4 + [(0, 1, 0, 0.5)] * 4
+    both = mesh(corners, [(0, 1, 2), (0, 2, 3), (4, 5, 6), (4, 6, 7)], colors)
+    drawn = run(device, pg.draw(both, vertex=flat, fragment=painted, into=colour(), blend="alpha"))
+    np.testing.assert_array_equal(drawn, np.broadcast_to([0.25, 0.5, 0, 0.75], drawn.shape))
+
+
+def test_blending_quantises_behind_it(device: Backend) -> None:
+    """0.3 + 0.3 in 8 bits: the sum of 0.3, which devices may round first, and of what was stored."""
+    first = pg.draw(quad(color=(0.3,) * 4), vertex=flat, fragment=painted, into=colour("rgba8"), blend="add")
+    drawn = run(device, pg.draw(quad(color=(0.3,) * 4), vertex=flat, fragment=painted, into=first, blend="add"))
+    stored = np.rint(np.float32(0.3) * 255) / 255
+    assert abs(drawn[3, 3, 0] - (0.3 + stored)) * 255 < 0.51
+
+
+def test_unorm_targets_clamp_before_blending(device: Backend) -> None:
+    low = quad(color=(-5, 0.5, 9, 1))
+    drawn = run(device, pg.draw(low, vertex=flat, fragment=painted, into=colour("rgba8", clear=0.5), blend="add"))
+    np.testing.assert_array_equal(np.rint(drawn[3, 3] * 255), [128, 255, 255, 255])
+
+
+@pytest.mark.parametrize("format_", ["rgba8", "rgba16", "rgba16f", "rgba32f"])
+def test_targets_of_each_kind_hold_what_was_drawn(device: Backend, format_: str) -> None:
+    drawn = run(device, pg.draw(quad(color=(0.2, 0.4, 0.6, 1)), vertex=flat, fragment=painted, into=colour(format_)))
+    np.testing.assert_allclose(drawn[3, 3], [0.2, 0.4, 0.6, 1], atol=2e-3)
 
 
 @pg.vertex
