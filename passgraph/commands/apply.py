@@ -155,7 +155,8 @@ def apply() -> None:
 
     Numeric parameters may change over the frames: --progress 0..1 goes from 0 at the first frame to 1 at the last.
 
-    `passgraph apply EFFECT --help` and `passgraph apply FILE.py --help` list the parameters.
+    OPTIONS are the parameters of EFFECT and those of every effect, such as --backend, --frames, --bits, --linear,
+    --resume and --profile. `passgraph apply EFFECT --help` and `passgraph apply FILE.py --help` list them.
     """
 
 

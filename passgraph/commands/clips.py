@@ -303,12 +303,16 @@ def check_writing(writing: Writing, clips: list[Clip]) -> None:
 def check_clips(clips: list[Clip], output: str, more_inputs: Iterable[Path] = ()) -> None:
     """Raise InputError for an output that cannot be written, that is an input, or that has the name of another.
 
+    The folder of several pictures is made if its parent is there.
+
     ``more_inputs`` are further files that are read.
     """
     inputs = {path for clip in clips for path in inputs_of(clip.source)} | set(more_inputs)
     check_apart(inputs, [out for clip in clips for out in outputs_of(clip)])
     if goes_into_folder(output):
         check_folder(Path(output))
+    elif output != STREAM and Pattern.is_in(output):
+        check_folder(Path(output).parent)
     for clip in clips:
         if isinstance(clip.sink, Film):
             check_path(clip.sink.path)

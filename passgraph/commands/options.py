@@ -123,7 +123,7 @@ backend_option = click.option(
     "--backend",
     "-b",
     type=BackendType(),
-    help="numpy (the default), gl, opencl, opencl:1 (a device by number or part of its name), reference.",
+    help="numpy (the default), gl, webgpu, opencl, opencl:1 (a device by number or part of its name), reference.",
 )
 #: That of commands that test backends.
 backends_option = click.option(

@@ -108,8 +108,10 @@ class Changing:
             if not self.ramps:
                 raise
             flags = " ".join(flag_of(self.effect.parameter(name)) for name in self.ramps)
+            mend = ", or annotate it with | pg.Value, and use it in kernels only" if ".py:" in self.effect.path else ""
             raise InputError(
-                f"{flags}: cannot change over frames, since {self.effect.name} makes its passes for one value; give one"
+                f"{flags}: cannot change over frames, since {self.effect.name} makes its passes for one value; "
+                f"give one{mend}"
             ) from error
 
     def values(self, source: Source, rate: Fraction | None, constants: Mapping[str, Any]) -> Values:

@@ -130,6 +130,22 @@ def test_what_cannot_change_is_refused(
     assert says in refused(capsys, "apply", *arguments, "-b", "reference")
 
 
+def test_an_author_hears_how_a_parameter_can_change(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("own.py").write_text("""
+import passgraph as pg
+from passgraph.effects import gaussian_blur
+from passgraph.effects.checked import effect
+
+@effect("softer")
+def softer(color: pg.Target, width: float = 1.0) -> pg.Target:
+    return gaussian_blur(color, width * 2.0)
+""")
+    line = ("own.py", "black.png", "--width", "0..3", "--frames", "3", "-o", "f.%d.png", "-b", "reference")
+    assert "value; give one, or annotate it with | pg.Value, and use it in kernels only" in refused(
+        capsys, "apply", *line
+    )
+
+
 def test_a_stream_has_no_last_frame(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     with Path("black.png").open("rb") as stream:
         monkeypatch.setattr("sys.stdin", type("Stream", (), {"buffer": stream})())

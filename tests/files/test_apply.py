@@ -158,6 +158,12 @@ def test_numbers_stay_in_a_sequence(capsys: pytest.CaptureFixture[str]) -> None:
     assert [path.name for path in sorted(Path().glob("c.*"))] == ["c.1.png", "c.2.png", "c.3.png"]
 
 
+def test_the_folder_of_a_sequence_is_made(capsys: pytest.CaptureFixture[str]) -> None:
+    sequence(Path("a"), range(2, 4))
+    well(capsys, *TINY, "a", "-o", "made/shot.%04d.png")
+    assert names("made") == ["shot.0001.png", "shot.0002.png"]
+
+
 def test_gaps_of_a_sequence_are_named(capsys: pytest.CaptureFixture[str]) -> None:
     sequence(Path("a"), [1, 2, 5])
     outcome = Outcome(capsys, *TINY, "a/in.####.png", "-o", "out/")
@@ -371,7 +377,7 @@ def test_resume_does_what_is_left(capsys: pytest.CaptureFixture[str]) -> None:
         (["a/*.png", "-o", "c.png"], "c.png: is one picture, and there are 2 frames of a/*.png; give a folder"),
         (["a", "-o", "c.png"], "a: is a directory; expected a picture file"),
         (["a", "-o", "none/out"], "none/out: cannot be made a folder"),
-        (["a", "-o", "none/out.#.png"], "none does not exist; make it first"),
+        (["a", "-o", "none/out/out.#.png"], "none/out: cannot be made a folder"),
         (["a", "-o", "out.#.abc"], "unknown suffix '.abc'"),
         (["a", "-o", "a/in.0001.png/"], "cannot be made a folder"),
         (["none", "-o", "out/"], "none: no such file"),
