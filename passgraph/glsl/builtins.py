@@ -60,9 +60,9 @@ void imulExtended(genIType x, genIType y, out genIType msb, out genIType lsb) {
 _SCALAR = """
 vec4 textureGatherOffset(sampler2D s, vec2 P, ivec2 offset, int c) {
     // Devices round places to 1/256 texel; the middle of a texel, where many gather, is a whole number here.
-    ivec2 at = ivec2(floor(P * vec2(textureSize(s, 0)) - 0.498046875)) + offset;
-    return vec4(texelFetchOffset(s, at, 0, ivec2(0, 1))[c], texelFetchOffset(s, at, 0, ivec2(1, 1))[c],
-                texelFetchOffset(s, at, 0, ivec2(1, 0))[c], texelFetch(s, at, 0)[c]);
+    ivec2 at = ivec2(floor(pg_texels(s, P) - 0.498046875)) + offset;
+    return vec4(texelFetch(s, at + ivec2(0, 1), 0)[c], texelFetch(s, at + 1, 0)[c],
+                texelFetch(s, at + ivec2(1, 0), 0)[c], texelFetch(s, at, 0)[c]);
 }
 vec4 textureGatherOffset(sampler2D s, vec2 P, ivec2 offset) { return textureGatherOffset(s, P, offset, 0); }
 vec4 textureGather(sampler2D s, vec2 P, int c) { return textureGatherOffset(s, P, ivec2(0), c); }

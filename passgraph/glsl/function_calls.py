@@ -19,6 +19,7 @@ from passgraph.language.source import Span, fail, place_in
 from passgraph.language.types import INT, Array, Matrix, Scalar, Struct, Type, Vector, component_count, sides_of
 from passgraph.language.values import (
     ImageChoice,
+    ImageValue,
     Part,
     StructValue,
     TupleValue,
@@ -125,14 +126,23 @@ class Calls:
             total = 0
             types = self.body.signature(function)
             for parameter, argument, type_ in zip(function.parameters, arguments, types, strict=True):
-                cost = cost_of(self._read(argument), type_, parameter.passed)
-                if cost is None:
+                part = self._read(argument)
+                cost = cost_of(part, type_, parameter.passed)
+                if cost is None or not self._is_of(part, parameter, function):
                     break
                 total += cost
             else:
                 if best is None or total < best[0] or (total == best[0] and function.body is not None):
                     best = (total, function)
         return None if best is None else best[1]
+
+    def _is_of(self, part: Part, parameter: g.Parameter, function: g.Function) -> bool:
+        """Return False for a picture of another sampler type than a parameter's; built-in functions take each."""
+        image = part.images[0] if isinstance(part, ImageChoice) else part
+        if not isinstance(image, ImageValue) or function not in self.body.unit.declared_at:
+            return True
+        given = self.body.unit.sampler_of(image.name)
+        return given in ("", parameter.type.name) or {given, parameter.type.name} == {"samplerExternalOES", "sampler2D"}
 
     # Constructors
 

@@ -150,6 +150,9 @@ class Body:
 
     def declare_struct(self, node: g.Struct) -> None:
         """Declare a struct; its name is visible from here on."""
+        for field in node.fields:
+            if field.type.name in ("sampler1D", "sampler2DRect"):
+                fail(field.type.span, f"a {field.type.name} is a uniform or a parameter here, no field")
         fields = tuple((v.name, self.type_of(v.type, v.type.span)) for v in node.fields)
         self._check_new(node.name, node.span)
         self.bind(node.name, checked_struct(Struct(node.name, fields), node.span))

@@ -13,7 +13,7 @@ from passgraph.language.image_reads import attribute, is_first
 from passgraph.language.library import library_function
 from passgraph.language.quad_derivatives import derivative
 from passgraph.language.source import Span, fail
-from passgraph.language.types import BOOL, FLOAT, INT, IVEC2, VEC2, VEC3, VEC4, Type
+from passgraph.language.types import BOOL, FLOAT, INT, IVEC2, IVEC3, VEC2, VEC3, VEC4, Type, Vector, component_count
 from passgraph.language.typing_rules import apply, widen
 from passgraph.language.values import ImageValue, Part, part_type
 
@@ -31,6 +31,31 @@ def _position(parts: list[Part], type_: Type, span: Span) -> ir.Expr:
     return widen(value, type_, span, "where to read")
 
 
+def _size_of(image: ImageValue, span: Span) -> ir.Expr:
+    return apply("to_float", [ir.Size(IVEC2, image.name, span)], span)
+
+
+def _in_picture(unit: Unit, image: ImageValue, value: ir.Expr, span: Span, in_texels: bool = False) -> ir.Expr:
+    """Return a position from 0 to 1 in both directions: a line's is in its row 0, a rectangle's in texels."""
+    kind = unit.sampler_of(image.name)
+    if kind == "sampler1D":
+        half = ir.Literal(FLOAT, 0.5, span)
+        row = apply("div", [half, ir.Swizzle(FLOAT, _size_of(image, span), (1,), span)], span)
+        return ir.Construct(VEC2, (widen(value, FLOAT, span, "where to read"), row), span)
+    value = widen(value, VEC2, span, "where to read")
+    is_rectangle = in_texels or kind == "sampler2DRect"
+    return apply("div", [value, _size_of(image, span)], span) if is_rectangle else value
+
+
+def _beside(unit: Unit, image: ImageValue, part: Part, type_: Vector, span: Span, what: str) -> ir.Expr:
+    """Return an offset or a derivative; those of a line have one component."""
+    value = plain(part, span, what)
+    if unit.sampler_of(image.name) != "sampler1D":
+        return widen(value, type_, span, what)
+    element = INT if type_ == IVEC2 else FLOAT
+    return ir.Construct(type_, (widen(value, element, span, what), ir.Literal(element, 0, span)), span)
+
+
 def _inlined(unit: Unit, name: str, arguments: Sequence[Part], span: Span) -> Part:
     return inlined(unit.builder, library_function(name), (list(arguments), {}), span)
 
@@ -40,9 +65,19 @@ _CHOSEN = {"itself": (0, ""), "level": (1, ", a level"), "derivatives": (2, ", t
 
 
 def _sampled(
-    unit: Unit, parts: list[Part], span: Span, *, by: str = "itself", projected: bool = False, has_offset: bool = False
+    unit: Unit,
+    parts: list[Part],
+    span: Span,
+    *,
+    by: str = "itself",
+    projected: bool = False,
+    has_offset: bool = False,
+    in_texels: bool = False,
 ) -> Part:
-    """Lower a filtered read; ``by`` is how the level is selected, ``has_offset`` if an offset in texels follows."""
+    """Lower a filtered read; ``by`` is how the level is selected, ``has_offset`` if an offset in texels follows.
+
+    ``in_texels`` : True for a position in texels, whatever the sampler is
+    """
     image = _image(parts, span)
     count, count_of_level = _CHOSEN[by]
     behind, most = list(parts[2:]), count + has_offset + (by == "itself")
@@ -54,14 +89,16 @@ def _sampled(
     if not projected and len(parts) > 1 and getattr(parts[1], "type", None) == VEC3:
         # Rows of a volume are counted as stored, since volumes are mostly color tables.
         return _inlined(unit, "sample3", [image, _position(parts, VEC3, span)], span)
-    position = _divided(unit, parts, span) if projected else _position(parts, VEC2, span)
-    position = unit.builder.name_it(position, span)
+    if len(parts) < 2:
+        fail(span, "where to read is missing")
+    place = _divided(unit, image, parts, span) if projected else plain(parts[1], span, "where to read")
+    position = unit.builder.name_it(_in_picture(unit, image, place, span, in_texels), span)
     lod = _lod(unit, image, position, by, [*behind[:count], *behind[count + has_offset :]], span)
     if lod is None and not has_offset:
         return _inlined(unit, unit.turned("sample"), [image, position], span)
     offset: ir.Expr = ir.Construct(IVEC2, (ir.Literal(INT, 0, span),) * 2, span)
     if has_offset:
-        offset = widen(plain(behind[count], span, "an offset"), IVEC2, span, "an offset")
+        offset = _beside(unit, image, behind[count], IVEC2, span, "an offset")
     arguments = [position, lod or ir.Literal(FLOAT, 0.0, span), offset, ir.Literal(BOOL, unit.rows_up, span)]
     return _inlined(unit, "sample_beside", [image, ImageValue(image.name + ir.MIPS), *arguments], span)
 
@@ -70,9 +107,11 @@ def _lod(
     unit: Unit, image: ImageValue, position: ir.Expr, by: str, level_arguments: list[Part], span: Span
 ) -> ir.Expr | None:
     """Return the level of a read; None for the first."""
-    level_type = VEC2 if by == "derivatives" else FLOAT
     what = {"itself": "a bias", "level": "a level", "derivatives": "a derivative"}[by]
-    levels = [widen(plain(part, span, what), level_type, span, what) for part in level_arguments]
+    if by == "derivatives":
+        levels = [_beside(unit, image, part, VEC2, span, what) for part in level_arguments]
+    else:
+        levels = [widen(plain(part, span, what), FLOAT, span, what) for part in level_arguments]
     if (by == "level" and is_first(levels[0])) or (by == "itself" and not levels and image.name not in unit.leveled):
         return None
     unit.note(span, _LEVELS)
@@ -90,22 +129,23 @@ def _lod(
 _LEVELS = "this may read a smaller level: a picture has some where its handle is one with mipmaps()"
 
 
-def _divided(unit: Unit, parts: list[Part], span: Span) -> ir.Expr:
-    """Return the position of a projected read, ``p.xy / p.z`` or ``p.xy / p.w``."""
-    at = plain(parts[1], span, "where to read") if len(parts) > 1 else None
-    if at is None or at.type not in (VEC3, VEC4):
-        fail(span, "a projected read takes a vec3 or a vec4")
+def _divided(unit: Unit, image: ImageValue, parts: list[Part], span: Span) -> ir.Expr:
+    """Return the position of a projected read: ``p.xy``, or ``p.x`` of a line, by the last component."""
+    at = plain(parts[1], span, "where to read")
+    is_line = unit.sampler_of(image.name) == "sampler1D"
+    if at.type not in ((VEC2, VEC4) if is_line else (VEC3, VEC4)):
+        fail(span, f"a projected read takes a {'vec2' if is_line else 'vec3'} or a vec4, got {at.type}")
     at = unit.builder.name_it(at, span)
-    divisor = ir.Swizzle(FLOAT, at, (2 if at.type == VEC3 else 3,), span)
-    return apply("div", [ir.Swizzle(VEC2, at, (0, 1), span), divisor], span)
+    divisor = ir.Swizzle(FLOAT, at, (component_count(at.type) - 1,), span)
+    place = ir.Swizzle(FLOAT, at, (0,), span) if is_line else ir.Swizzle(VEC2, at, (0, 1), span)
+    return apply("div", [place, divisor], span)
 
 
-def _of_texels(unit: Unit, parts: list[Part], span: Span) -> Part:
-    """Lower a filtered read at a position in texels, as of rectangle textures."""
+def _texels(unit: Unit, parts: list[Part], span: Span) -> Part:
+    """Lower ``pg_texels``: a position in texels, as the sampler takes it."""
     image = _image(parts, span)
-    size = apply("to_float", [ir.Size(IVEC2, image.name, span)], span)
-    position = apply("div", [_position(parts, VEC2, span), size], span)
-    return _inlined(unit, unit.turned("sample"), [image, position], span)
+    size = unit.builder.name_it(_size_of(image, span), span)
+    return apply("mul", [_in_picture(unit, image, _position(parts, VEC2, span), span), size], span)
 
 
 def _level_of(unit: Unit, part: Part, span: Span) -> ir.Expr | None:
@@ -118,7 +158,14 @@ def _level_of(unit: Unit, part: Part, span: Span) -> ir.Expr | None:
 
 
 def _fetched(unit: Unit, parts: list[Part], span: Span) -> Part:
-    image, position = _image(parts, span), _position(parts, IVEC2, span)
+    image, kind = _image(parts, span), unit.sampler_of(_image(parts, span).name)
+    if kind == "sampler3D":
+        size = _size(unit, [image], span)
+        columns = ir.Swizzle(IVEC2, plain(size, span, "a size"), (0, 1), span)
+        return _inlined(unit, "layered", [image, columns, _position(parts, IVEC3, span)], span)
+    position = _position(parts, INT if kind == "sampler1D" else IVEC2, span)
+    if kind == "sampler1D":
+        position = ir.Construct(IVEC2, (position, ir.Literal(INT, 0, span)), span)
     level = _level_of(unit, parts[2], span) if len(parts) > 2 else None
     if level is None:
         return _inlined(unit, unit.turned("texel"), [image, position], span)
@@ -127,17 +174,28 @@ def _fetched(unit: Unit, parts: list[Part], span: Span) -> Part:
 
 
 def _fetched_beside(unit: Unit, parts: list[Part], span: Span) -> Part:
-    if len(parts) != 4:
-        fail(span, "texelFetchOffset() takes a sampler, a texel, a level and an offset")
-    offset = widen(plain(parts[3], span, "an offset"), IVEC2, span, "an offset")
-    moved = apply("add", [_position(parts, IVEC2, span), offset], span)
-    return _fetched(unit, [parts[0], moved, parts[2]], span)
+    kind = unit.sampler_of(_image(parts, span).name)
+    levels = 0 if kind == "sampler2DRect" else 1
+    if len(parts) != 3 + levels:
+        fail(span, f"texelFetchOffset() takes a sampler, a texel{', a level' * levels} and an offset")
+    types: dict[str, Type] = {"sampler1D": INT, "sampler3D": IVEC3}
+    type_ = types.get(kind, IVEC2)
+    offset = widen(plain(parts[-1], span, "an offset"), type_, span, "an offset")
+    moved = apply("add", [_position(parts, type_, span), offset], span)
+    return _fetched(unit, [parts[0], moved, *parts[2:-1]], span)
 
 
 def _size(unit: Unit, parts: list[Part], span: Span) -> Part:
-    image = _image(parts, span)
+    image, kind = _image(parts, span), unit.sampler_of(_image(parts, span).name)
     level = _level_of(unit, parts[1], span) if len(parts) > 1 else None
-    return ir.Size(IVEC2, image.name, span) if level is None else _inlined(unit, "size_of", [image, level], span)
+    size: ir.Expr = ir.Size(IVEC2, image.name, span)
+    if level is not None:
+        size = plain(_inlined(unit, "size_of", [image, level], span), span, "a size")
+    width, height = (ir.Swizzle(INT, size, (i,), span) for i in (0, 1))
+    if kind == "sampler3D":  # slices lie below one another
+        slices = plain(attribute(image, "slices", span), span, "a count")
+        return ir.Construct(IVEC3, (width, apply("quotient", [height, slices], span), slices), span)
+    return width if kind == "sampler1D" else size
 
 
 def _levels(unit: Unit, parts: list[Part], span: Span) -> Part:
@@ -147,9 +205,10 @@ def _levels(unit: Unit, parts: list[Part], span: Span) -> Part:
 def _query_lod(unit: Unit, parts: list[Part], span: Span) -> Part:
     """Lower ``textureQueryLod``: the level that a read would use, and the computed one before clamping."""
     image = _image(parts, span)
-    lod = unit.builder.name_it(
-        plain(_inlined(unit, "lod", [image, _position(parts, VEC2, span)], span), span, "a level"), span
-    )
+    if len(parts) < 2:
+        fail(span, "where to read is missing")
+    position = _in_picture(unit, image, plain(parts[1], span, "where to read"), span)
+    lod = unit.builder.name_it(plain(_inlined(unit, "lod", [image, position], span), span, "a level"), span)
     unit.note(span, _LEVELS)
     chosen = plain(_inlined(unit, "lod_within", [image, lod], span), span, "a level")
     return ir.Construct(VEC2, (chosen, lod), span)
@@ -164,7 +223,10 @@ def _reads() -> Iterator[tuple[str, Native]]:
             yield f"texture{projection}{word}", plainly
             yield f"texture{projection}{word}Offset", partial(plainly, has_offset=True)
             for ending in (word, *older.get(by, ())):
+                yield f"texture1D{projection}{ending}", plainly
                 yield f"texture2D{projection}{ending}", plainly
+        for name in ("texture2DRect", "textureRect"):
+            yield f"{name}{projection}", partial(_sampled, projected=bool(projection), in_texels=True)
     yield "texture3D", _sampled
 
 
@@ -177,11 +239,11 @@ def _here(unit: Unit, parts: list[Part], span: Span) -> Part:
 READS: dict[str, Native] = {
     "pg_here": _here,
     **dict(_reads()),
-    **dict.fromkeys(("texture2DRect", "textureRect"), _of_texels),
+    "pg_texels": _texels,
     "texelFetch": _fetched,
     "texelFetch2DRect": _fetched,
     "texelFetchOffset": _fetched_beside,
-    **dict.fromkeys(("textureSize", "textureSize2D"), _size),
+    **dict.fromkeys(("textureSize", "textureSize1D", "textureSize2D"), _size),
     "textureQueryLevels": _levels,
     "textureQueryLod": _query_lod,
     "textureQueryLOD": _query_lod,

@@ -60,6 +60,8 @@ def declare_uniforms(body: Body, node: g.Declaration) -> None:
         if variable.name in body.unit.values and variable.span.file not in body.unit.around:
             _declare_host_value(body, variable, type_)
             continue
+        if holds_pictures(type_):
+            body.unit.samplers.setdefault(variable.name, variable.type.name)
         uniform = Uniform(variable.name, type_, variable.span)
         if variable.value is not None:
             check_local(type_, f"what {variable.name} is set to", variable.span)

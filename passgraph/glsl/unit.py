@@ -35,7 +35,7 @@ class Uniform:
 
 
 #: Samplers of pictures, which are read as floats. A volume is a picture of its slices.
-_PICTURES = frozenset(["sampler2D", "sampler2DRect", "samplerExternalOES", "sampler3D"])
+_PICTURES = frozenset(["sampler2D", "sampler2DRect", "samplerExternalOES", "sampler3D", "sampler1D"])
 SQUARE = {f"mat{n}x{n}": f"mat{n}" for n in (2, 3, 4)}
 _NEVER = 1 << 62
 #: The place behind all declarations; built-in functions are before all.
@@ -104,6 +104,7 @@ class Unit:
     #: The declarations of each name outside of functions, with their places; a container may declare a name twice.
     bound_at: dict[str, list[tuple[int, Binding]]] = field(default_factory=dict)
     uniforms: dict[str, Uniform] = field(default_factory=dict)
+    samplers: dict[str, str] = field(default_factory=dict)  # types of uniforms that are samplers, or arrays of them
     parts: int = 0  # plain parts of all uniforms
     values: Mapping[str, g.Expr] = field(default_factory=dict)  # of the host, where a name has no other meaning
     missing: dict[str, str] = field(default_factory=dict)  # names that are not available, with the reasons
@@ -132,6 +133,10 @@ class Unit:
         """
         known = self.largest_indices.get(variable.name)
         return () if known is None or self.dialect.es or variable.value is not None else (known + 1,)
+
+    def sampler_of(self, image: str) -> str:
+        """Return the type of the sampler that reads a picture; empty for one in a struct."""
+        return self.samplers.get(image.partition(".")[0], "")
 
     def turned(self, read: str) -> str:
         """Return the library function that reads with the shader's direction of rows."""
