@@ -193,7 +193,6 @@ CIRCLES = [
     "backends.opencl: backend counts pixel raster transfers",
     "backends.webgpu: backend counts passes transfers",
     "glsl: function_calls glsl_body glsl_expressions glsl_statements loops places",
-    "hosts: gl gl_isolation gl_pictures gl_samples",
     "hosts: opencl opencl_borrowed",
     "language: assignments composites expressions function_body quad_derivatives statements",
     "language: lower lower_loops",

@@ -7,19 +7,17 @@ engines that resolve colors in another space, see ``sample_gamma`` (`passgraph.h
 from __future__ import annotations
 
 import ctypes
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.gl import gl_functions as g
 from passgraph.backends.gl import state as fixed
+from passgraph.backends.gl.backend import GLBackend
 from passgraph.backends.gl.programs import LinkedProgram
 from passgraph.backends.gl.textures import Texture
-
-if TYPE_CHECKING:
-    from passgraph.hosts.gl import Host, HostPicture
-
+from passgraph.hosts.gl_host_pictures import HostPicture
 
 _SAMPLE_POSITION = 0x8E50
 #: Fewest samples for fitting a plane, since fewer fit its three unknowns (depth and slopes) exactly; and most samples.
@@ -89,7 +87,7 @@ void main()
 class Samples:
     """Multisample handling of a host."""
 
-    def __init__(self, host: Host) -> None:
+    def __init__(self, host: GLBackend) -> None:
         self.host = host
         self._programs: dict[str, LinkedProgram] = {}
 
