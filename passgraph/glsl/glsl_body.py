@@ -74,8 +74,10 @@ class Body:
             if name in self.unit.names:
                 fail(span, f"{name!r} is used before its declaration; declare it before")
             suggestion = mending(name, (*chain(*self.scopes), *self.unit.names, *self.unit.values, *STAGE))
-            reason = elsewhere(name) or f"{name!r} is not defined here{suggestion or '; declare it before'}"
-            fail(span, reason, UnsupportedGlslError if name.startswith("gl_") else KernelError)
+            reason = elsewhere(name)
+            is_valid = reason is not None or name.startswith("gl_")
+            reason = reason or f"{name!r} is not defined here{suggestion or '; declare it before'}"
+            fail(span, reason, UnsupportedGlslError if is_valid else KernelError)
         return value
 
     def bind(self, name: str, binding: Binding) -> None:

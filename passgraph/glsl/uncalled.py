@@ -21,27 +21,26 @@ def check_uncalled(tree: Iterable[g.Outer], unit: Unit) -> None:
 
     Each is lowered for arguments of unknown values, and dropped; callers first, since these lower what they call. What
     is not read here, such as cube maps, is no error in it, nor is a call of a function without a body. All together may
-    grow as far as one kernel; what is then left is not checked.
+    grow as far as one kernel; what is past that is not checked.
     """
     own = [node for node in tree if isinstance(node, g.Function) and node.span.file not in unit.around]
-    spare = replace(unit, notes={}, used=set(), uniforms=dict(unit.uniforms), inlined=set(unit.inlined))
-    spare.work, spare.counters = 0, {}
+    inlined, builder = set(unit.inlined), Builder("pixel")
     for function in reversed(own):
-        if function.body is None or function in spare.inlined:
+        if function.body is None or function in inlined:
             continue
-        spent = spare.builder if spare.builder is not unit.builder else Builder("pixel")
-        spare.builder = Builder("pixel", emitted=spent.emitted, expressions=spent.expressions)
-        outside = Body(spare)
+        builder = Builder("pixel", emitted=builder.emitted, expressions=builder.expressions)
         try:
-            arguments = [
-                _argument(outside, parameter, type_)
-                for parameter, type_ in zip(function.parameters, outside.signature(function), strict=True)
-            ]
-            outside.inline(function, arguments, function.span)
-        except UnsupportedGlslError:
+            _lower(function, replace(unit, builder=builder, inlined=inlined, notes={}, used=set(), counters={}, work=0))
+        except (UnsupportedGlslError, KernelLengthError):
             continue
-        except KernelLengthError:
-            return
+
+
+def _lower(function: g.Function, unit: Unit) -> None:
+    """Lower a function for arguments of unknown values."""
+    body = Body(unit)
+    types = body.signature(function)
+    arguments = [_argument(body, one, type_) for one, type_ in zip(function.parameters, types, strict=True)]
+    body.inline(function, arguments, function.span)
 
 
 def _argument(body: Body, parameter: g.Parameter, type_: Type) -> Part | Place:
