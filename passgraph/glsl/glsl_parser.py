@@ -167,7 +167,7 @@ class Parser(ExpressionParser):
 
     def _fields(self, forbidden: frozenset[str], what: str) -> tuple[g.Variable, ...]:
         self.expect("{")
-        self.scopes.append({})  # names of fields hide no struct
+        self.scopes.append({})  # names of fields hide no struct, not even in the fields behind them
         fields: list[g.Variable] = []
         while not self.skip("}"):
             start = self.here.span
@@ -178,6 +178,7 @@ class Parser(ExpressionParser):
             if inner:
                 fail(inner[0].span, "a struct within a struct is declared before it")
             fields += self._declaration(start, qualifiers, layout, type_).variables
+            self.scopes[-1].clear()
         self.scopes.pop()
         return tuple(fields)
 

@@ -45,6 +45,10 @@ RULES = [
      (3, 5, 0, 0)),
     ("4.1.8: a variable named like its struct", "330",
      "struct S { float a; }; void main() { S S = S(4.0); color = vec4(S.a, 0, 0, 0); }", (4, 0, 0, 0)),
+    ("4.1.8: a field named like a struct hides it nowhere", "330",
+     "struct c { float v; }; struct S { float c; c d; };"
+     "void main() { S s = S(1.0, c(2.0)); color = vec4(s.c, s.d.v, 0, 0); }",
+     (1, 2, 0, 0)),
     ("4.3.3: constants of constants and built-in functions", "330",
      "const int n = 2 * 3 - 1; const float k = max(float(n), sqrt(4.0)); float a[n];"
      "void main() { color = vec4(k, a.length(), n % 3, n >> 1); }", (5, 5, 2, 2)),
