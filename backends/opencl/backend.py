@@ -219,9 +219,9 @@ class OpenCLBackend(DriverBackend):
 
     def make(self, format: Format, size: tuple[int, int]) -> Storage:
         pixels = size[0] * size[1]
-        layout = ImageLayout(format, size)
+        layout = ImageLayout.tight(format, size)
         what = f"a target of {size[0]}x{size[1]} pixels {format.name}"
-        storage = Storage(format, size, self.allocate(layout.bytes, what))
+        storage = Storage(layout, self.allocate(layout.bytes, what))
         self.fill(storage.buffer, layout.bytes)
         if format.stencil:
             storage.stencil = self.allocate(pixels, f"the stencil of {what}")

@@ -7,7 +7,7 @@ so the caller may release theirs.
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 from weakref import ReferenceType, ref
 
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from passgraph import arguments
 from passgraph.backends.base import DevicePicture
-from passgraph.backends.opencl.storage import Placement, tight
+from passgraph.backends.opencl.storage import ImageLayout
 from passgraph.cached import cached_property
 from passgraph.errors import InputError
 from passgraph.formats import FORMATS, Format, colour_format
@@ -36,12 +36,14 @@ class OpenCLPicture(DevicePicture):
     context : the caller's
     is_stored : True if the numbers are in the format of the input or target; else they are in ``format``
     given : the caller's object, as a memory pool reclaims memory when that is garbage-collected
+    layout : where the picture lies in its buffer, or in a copy of its image
     """
 
     memory: Any
     context: Any
     is_stored: bool
     given: Any = field(repr=False)
+    layout: ImageLayout
 
     @property
     def has_array(self) -> bool:
@@ -74,13 +76,11 @@ class BufferPicture(OpenCLPicture):
 
     Attributes
     ----------
-    offset : its first byte in the buffer; positions in ``placement`` count from there, in numbers
-    placement : positions of its numbers
+    offset : its first byte in the buffer; positions in ``layout`` count from there
     array_there : returns the ``pyopencl.array.Array``, which is not kept alive; None if it is not an array
     """
 
     offset: int
-    placement: Placement
     array_there: ReferenceType[Any] | None = field(default=None, repr=False)
 
     @property
@@ -96,12 +96,6 @@ class BufferPicture(OpenCLPicture):
         """Return the identity of the memory and the byte at which the buffer begins."""
         return _memory_of(self.memory)
 
-    @property
-    def bytes(self) -> int:
-        """Return the size in bytes, from the first byte to the last."""
-        low, end = self.placement.span(self.size)
-        return (end - low) * self.format.bits // 8
-
     def overlaps(self, other: DevicePicture) -> bool:
         if not isinstance(other, BufferPicture) or self.in_memory[0] != other.in_memory[0]:
             return False
@@ -112,20 +106,19 @@ class BufferPicture(OpenCLPicture):
 
     def _places(self) -> NDArray[Any]:
         """Return an array with the same addresses, never read: addresses in the memory, counted from 1."""
-        number, placement = np.dtype(self.format.number), self.placement
-        low = placement.span(self.size)[0]
-        lowest = min(placement.channels)
-        start = self.in_memory[1] + self.offset + (placement.first + lowest - low) * number.itemsize + 1
+        number, layout = np.dtype(self.format.number), self.layout
+        lowest = min(layout.places)
+        start = self.in_memory[1] + self.offset + (layout.first + lowest - layout.span[0]) * number.itemsize + 1
         # Adjacent channels count as one wide number.
-        width = max(placement.channels) - lowest + 1
-        shape, strides = (self.size[1], self.size[0], width), (placement.row, placement.pixel, 1)
+        width = max(layout.places) - lowest + 1
+        shape, strides = (self.size[1], self.size[0], width), (layout.row, layout.pixel, 1)
         places: NDArray[Any] = np.asarray(_Addresses(start, shape, strides, number))
         return places
 
     @cached_property
     def _description(self) -> str:
         what = "buffer" if self.array_there is None else "pyopencl array"
-        row = abs(self.placement.row) * self.format.bits // 8
+        row = abs(self.layout.row) * self.format.bits // 8
         return f"{self.format.name} picture of {self.size[0]}x{self.size[1]} pixels in a {what}, rows {row} bytes apart"
 
     def __str__(self) -> str:
@@ -147,14 +140,7 @@ class _Addresses:
 
 @dataclass(frozen=True, eq=False)
 class ImagePicture(OpenCLPicture):
-    """A picture in an OpenCL image, copied to and from a buffer with ``channels`` at these positions."""
-
-    channels: tuple[int, ...]
-
-    @property
-    def placement(self) -> Placement:
-        plain = tight(len(self.channels), self.size[0])
-        return Placement(plain.first, plain.row, plain.pixel, self.channels)
+    """A picture in an OpenCL image, copied to and from a buffer."""
 
     def is_in(self, storage: Any) -> bool:
         return False
@@ -219,9 +205,9 @@ def buffer_picture(
             f"{what}: pixels {pixel * number} bytes apart in rows {row * number} bytes apart overlap; a pixel of "
             f"{format_.name} needs {(max(channels) + 1) * number} bytes, and a row {width} times as many"
         )
-    bottom_up = origin == "bottom"
-    placement = Placement((height - 1) * row if bottom_up else 0, -row if bottom_up else row, pixel, channels)
-    return _in_buffer(context, memory, start * number, BufferParts(format_, size, placement, what), is_stored=False)
+    first, row = ((height - 1) * row, -row) if origin == "bottom" else (0, row)
+    layout = ImageLayout(format_, size, first, row, pixel, channels)
+    return _in_buffer(context, memory, start * number, layout, what)
 
 
 def array_picture(context: Any, array: Any, format_: Format | None) -> BufferPicture:
@@ -245,52 +231,41 @@ def array_picture(context: Any, array: Any, format_: Format | None) -> BufferPic
     if any(stride % number for stride in strides):
         raise InputError(f"{what} has strides {array.strides} that are no whole numbers of {number} bytes")
     row, pixel, channel = (stride // number for stride in strides)
-    placement = Placement(0, row, pixel, tuple(k * channel for k in range(shape[2])))
-    parts = BufferParts(format_ or own, (shape[1], shape[0]), placement, what)
-    picture = _in_buffer(context, memory, int(array.offset), parts, is_stored=format_ is None, array=array)
-    if _overlaps_itself(picture):
+    places = tuple(k * channel for k in range(shape[2]))
+    layout = ImageLayout(format_ or own, (shape[1], shape[0]), 0, row, pixel, places)
+    picture = _in_buffer(
+        context, memory, int(array.offset), layout, what, is_stored=format_ is None, array_there=ref(array)
+    )
+    if layout.overlaps_itself:
         raise InputError(f"{what} has pixels that share memory (strides {array.strides}); give a contiguous array")
     return picture
 
 
-@dataclass(frozen=True)
-class BufferParts:
-    """The description of a picture in a buffer, and its name in messages."""
-
-    format: Format
-    size: tuple[int, int]
-    placement: Placement  # positions relative to the picture's first pixel
-    what: str
-
-
 def _in_buffer(
-    context: Any, memory: Any, start: int, parts: BufferParts, *, is_stored: bool, array: Any = None
-) -> BufferPicture:
-    """Return the picture whose first pixel is at a byte of a buffer; InputError if it exceeds the buffer."""
-    number, placement = parts.format.bits // 8, parts.placement
-    low, end = placement.span(parts.size)
+    context: Any, memory: Any, start: int, layout: ImageLayout, what: str, *,
+    is_stored: bool = False, array_there: ReferenceType[Any] | None = None,
+) -> BufferPicture:  # fmt: skip
+    """Return a picture in a buffer. ``start`` is the byte from which its layout counts.
+
+    Raises
+    ------
+    InputError : if the picture exceeds the buffer.
+    """
+    format_, size, (low, end) = layout.format, layout.size, layout.span
+    number = format_.bits // 8
     if start % number:
-        raise InputError(f"{parts.what}: begins at byte {start}, which is no multiple of {number}")
+        raise InputError(f"{what}: begins at byte {start}, which is no multiple of {number}")
     first, last = start + low * number, start + end * number
     capacity = int(memory.size)
     if first < 0 or last > capacity:
         raise InputError(
-            f"{parts.what}: {parts.size[0]}x{parts.size[1]} pixels {parts.format.name} take bytes {first:,} to "
+            f"{what}: {size[0]}x{size[1]} pixels {format_.name} take bytes {first:,} to "
             f"{last:,}, and the buffer has {capacity:,}; give a larger one, or check offset and pitch"
         )
-    moved = Placement(placement.first - low, placement.row, placement.pixel, placement.channels)
-    retained = _retained(memory)
+    moved = replace(layout, first=layout.first - low)
     return BufferPicture(
-        parts.format,
-        parts.size,
-        retained,
-        context,
-        is_stored,
-        memory,
-        first,
-        moved,
-        None if array is None else ref(array),
-    )
+        format_, size, _retained(memory), context, is_stored, memory, moved, first, array_there
+    )  # fmt: skip
 
 
 def image_picture(context: Any, image: Any, format_: Format | None) -> ImagePicture:
@@ -316,7 +291,8 @@ def image_picture(context: Any, image: Any, format_: Format | None) -> ImagePict
         raise InputError(f"the image holds the numbers of {own.name}; {format_.name} has other ones")
     size = int(image.width), int(image.height)
     channels = tuple(order.index(letter) for letter in "rgba"[: len(order)])
-    return ImagePicture(format_ or own, size, _retained(image), context, format_ is None, image, channels)
+    layout = replace(ImageLayout.tight(format_ or own, size), places=channels)
+    return ImagePicture(layout.format, size, _retained(image), context, format_ is None, image, layout)
 
 
 def _retained(memory: Any) -> Any:
@@ -358,16 +334,3 @@ def _bytes_to_numbers(bytes_: int | None, plain: int, number: int, what: str) ->
     if count % number:
         raise InputError(f"{what} is {count} bytes, which is no multiple of {number}, the bytes of a channel")
     return count // number
-
-
-def _overlaps_itself(picture: BufferPicture) -> bool:
-    """Return True if two numbers share memory, as in broadcast arrays."""
-    placement, (width, height) = picture.placement, picture.size
-    count = len(placement.channels)
-    channel = placement.channels[-1] // max(1, count - 1)
-    reach = 1
-    for stride, places in sorted([(abs(placement.pixel), width), (abs(placement.row), height), (abs(channel), count)]):
-        if places > 1 and stride < reach:
-            return True
-        reach += stride * (places - 1)
-    return False

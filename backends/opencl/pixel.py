@@ -106,8 +106,8 @@ def pixel_source(
 def readable_source(step: PixelStep, sizes: Mapping[int, tuple[int, int]]) -> str:
     """Return the kernel with borders alone, one pixel per work-item; ``sizes`` by resource."""
     formats = zip(step.images, step.image_formats, strict=True)
-    images = [(name, ImageLayout(format_, sizes[resource])) for (name, resource), format_ in formats]
-    outputs = [ImageLayout(format_, step.size) for format_ in step.output_formats]
+    images = [(name, ImageLayout.tight(format_, sizes[resource])) for (name, resource), format_ in formats]
+    outputs = [ImageLayout.tight(format_, step.size) for format_ in step.output_formats]
     return _kernel("pg_pixel", step.program, images, outputs, 1, (0, 0, 0, 0)).text
 
 

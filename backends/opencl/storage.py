@@ -1,4 +1,4 @@
-"""Pictures on an OpenCL device: buffers in the layout of their format, or in foreign layouts."""
+"""Pictures on an OpenCL device: buffers, and where in them a picture lies."""
 
 from __future__ import annotations
 
@@ -15,102 +15,109 @@ from passgraph.language.lowering.buffers import Buffer
 
 @dataclass(eq=False)
 class Storage:
-    """Interleaved channels, rows from the top, without padding unless ``placement`` says otherwise; the stencil is in a
-    buffer of its own.
+    """A picture in a buffer; the stencil is in a buffer of its own.
 
     ``borrowed`` is the caller's array whose memory the buffer uses for one run.  ``is_callers``: the buffer is in
     device memory of the caller, or a copy of their image.
     """
 
-    format: Format
-    size: tuple[int, int]
+    layout: ImageLayout
     buffer: Any
     stencil: Any = None
     borrowed: NDArray[Any] | None = None
-    placement: Placement | None = None
     is_callers: bool = False
     released: bool = field(default=False, init=False)
 
     @property
-    def shape(self) -> tuple[int, int, int]:
-        return self.size[1], self.size[0], self.format.channels
+    def format(self) -> Format:
+        return self.layout.format
+
+    @property
+    def size(self) -> tuple[int, int]:
+        return self.layout.size
 
     @property
     def is_borrowed(self) -> bool:
         """Return True if it is valid for one run only, so no reference may be kept."""
         return self.borrowed is not None or self.is_callers
 
-    @cached_property
-    def layout(self) -> ImageLayout:
-        return ImageLayout(self.format, self.size, self.placement)
-
 
 @dataclass(frozen=True)
-class Placement:
-    """The layout of a picture in a buffer, counted in numbers.
+class ImageLayout:
+    """Where a picture lies in memory, counted in numbers of its format.  Generated code depends on it.
 
     Attributes
     ----------
     first : position of the top left pixel
     row, pixel : distance from row to row, and from pixel to pixel; negative rows are bottom up
-    channels : position of each channel in its pixel
+    places : position of each channel in its pixel
     """
-
-    first: int
-    row: int
-    pixel: int
-    channels: tuple[int, ...]
-
-    def span(self, size: tuple[int, int]) -> tuple[int, int]:
-        """Return the first position of a picture of (width, height), and the one behind its last."""
-        across, down = (size[0] - 1) * self.pixel, (size[1] - 1) * self.row
-        low = self.first + min(across, 0) + min(down, 0) + min(self.channels)
-        return low, self.first + max(across, 0) + max(down, 0) + max(self.channels) + 1
-
-
-def tight(channels: int, width: int) -> Placement:
-    """Return interleaved channels without padding, from the first byte on."""
-    return Placement(0, width * channels, channels, tuple(range(channels)))
-
-
-@dataclass(frozen=True)
-class ImageLayout:
-    """The storage layout that generated code depends on."""
 
     format: Format
     size: tuple[int, int]
-    placement: Placement | None = None
+    first: int
+    row: int
+    pixel: int
+    places: tuple[int, ...]
+
+    @classmethod
+    def tight(cls, format_: Format, size: tuple[int, int]) -> ImageLayout:
+        """Return interleaved channels without padding, rows from the top, from the first byte on."""
+        channels = format_.channels
+        return cls(format_, size, 0, size[0] * channels, channels, tuple(range(channels)))
+
+    @cached_property
+    def is_tight(self) -> bool:
+        return self == ImageLayout.tight(self.format, self.size)
 
     @property
     def channels(self) -> int:
         return self.format.channels
 
+    @cached_property
+    def span(self) -> tuple[int, int]:
+        """Return the first position of the picture, and the one behind its last."""
+        across, down = (self.size[0] - 1) * self.pixel, (self.size[1] - 1) * self.row
+        low = self.first + min(across, 0) + min(down, 0) + min(self.places)
+        return low, self.first + max(across, 0) + max(down, 0) + max(self.places) + 1
+
     @property
     def bytes(self) -> int:
-        return self.size[0] * self.size[1] * self.channels * self.format.bits // 8
+        """Return the size in bytes, from the first byte to the last."""
+        low, end = self.span
+        return (end - low) * self.format.bits // 8
+
+    @property
+    def overlaps_itself(self) -> bool:
+        """Return True if two numbers share memory, as in broadcast arrays."""
+        count, reach = len(self.places), 1
+        channel = self.places[-1] // max(1, count - 1)
+        strides = (abs(self.pixel), self.size[0]), (abs(self.row), self.size[1]), (abs(channel), count)
+        for stride, places in sorted(strides):
+            if places > 1 and stride < reach:
+                return True
+            reach += stride * (places - 1)
+        return False
 
     @cached_property
     def index_type(self) -> str:
         """Return the OpenCL C type that can index all of it."""
-        placement = self.placement or tight(self.channels, self.size[0])
-        return "int" if placement.span(self.size)[1] < INT_LIMIT else "long"
+        return "int" if self.span[1] < INT_LIMIT else "long"
 
     def place(self, x: str, y: str) -> str:
         """Return the index of a pixel as an expression of its column and row."""
         type_, width = self.index_type, self.size[0]
-        if self.placement is None:
+        if self.is_tight:
             at = f"(({type_}){y} * {width} + {x})"
             return at if self.channels == 1 else f"{at} * {self.channels}"
-        first, row, pixel = self.placement.first, self.placement.row, self.placement.pixel
-        return f"({type_}){y} * {row} + ({type_}){x} * {pixel} + {first}"
+        return f"({type_}){y} * {self.row} + ({type_}){x} * {self.pixel} + {self.first}"
 
     @cached_property
     def buffer(self) -> Buffer:
         """Return how programs are lowered that read or write it."""
-        lies = self.placement or tight(self.channels, self.size[0])
         wide = self.index_type == "long"
-        return Buffer(self.size, lies.row, lies.pixel, lies.first, lies.channels, wide, self.format)
+        return Buffer(self.size, self.row, self.pixel, self.first, self.places, wide, self.format)
 
     def channel(self, number: int) -> int:
         """Return the offset of a channel in its pixel."""
-        return number if self.placement is None else self.placement.channels[number]
+        return self.places[number]

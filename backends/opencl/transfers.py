@@ -48,7 +48,7 @@ def nearest_number(format_: Format, value: str) -> str:
 
 
 def move_source(source: ImageLayout, destination: ImageLayout, run: int) -> str:
-    """Return ``pg_move``: ``run`` pixels of a row per work-item.  Alpha that the source lacks is 1."""
+    """Return ``pg_move``: ``run`` pixels of a row per work-item.  As on the host, alpha that the source lacks is 1."""
     rows = []
     for channel in range(destination.channels):
         if channel >= source.channels:
@@ -69,20 +69,17 @@ def move_source(source: ImageLayout, destination: ImageLayout, run: int) -> str:
     )  # fmt: skip
 
 
-def move(
-    backend: OpenCLBackend, source: tuple[Any, ImageLayout], destination: tuple[Any, ImageLayout],
-    size: tuple[int, int] | None = None,
-) -> None:  # fmt: skip
-    """Copy a buffer's picture into another one of the same size, or as much of it as ``size`` says."""
-    layouts = source[1], destination[1]
-    width, height = size or layouts[0].size
+def move(backend: OpenCLBackend, source: Storage, destination: Storage, size: tuple[int, int] | None = None) -> None:
+    """Copy a picture into another one of the same size, or as much of it as ``size`` says."""
+    layouts = source.layout, destination.layout
+    width, height = size or source.size
     run = RUN if backend.is_cpu else RUN_GPU
     kernel = backend.moves.get(layouts)
     if kernel is None:
         text = join(package_text("helpers.cl"), move_source(*layouts, run))
         kernel = backend.cl.Kernel(backend.programs.build(text, "a copy of a picture"), "pg_move")
         backend.moves[layouts] = kernel
-    kernel.set_args(source[0], destination[0], np.int32(width))
+    kernel.set_args(source.buffer, destination.buffer, np.int32(width))
     group = (1, 1) if backend.is_cpu else None
     backend.cl.enqueue_nd_range_kernel(backend.queue, kernel, (-(-width // run), height), group)
 
@@ -111,7 +108,7 @@ def adopted(backend: OpenCLBackend, array: Any, format_: Format) -> Storage | No
     buffer = _buffer_over(backend, array)
     if buffer is None:
         return None
-    storage = Storage(format_, size, buffer, borrowed=array)
+    storage = Storage(ImageLayout.tight(format_, size), buffer, borrowed=array)
     backend.borrowed_arrays[place] = storage
     return storage
 
@@ -194,25 +191,13 @@ def receive(backend: OpenCLBackend, storage: Storage, into: NDArray[Any]) -> Non
         convert(storage.borrowed, format_, destination, wanted)
     elif wanted.number == format_.number:
         _fetch(backend, storage.buffer, destination, format_.number)
-    elif not (_is_converted_here(backend, destination) and _exact(backend, format_)):
+    elif _is_converted_here(backend, destination) and _exact(backend, format_):
+        with _buffer_of(backend, destination, is_result=True) as buffer:
+            _convert(backend, (storage.buffer, format_), (buffer, float_format(1)), destination.size)
+    else:
         numbers = np.empty(destination.shape, format_.number)
         _fetch(backend, storage.buffer, numbers, format_.number)
         convert(numbers, format_, destination, wanted)
-    else:
-        _receive_values(backend, storage, destination)
-
-
-def _receive_values(backend: OpenCLBackend, storage: Storage, destination: NDArray[np.float32]) -> None:
-    in_place = backend.is_cpu and destination.flags.c_contiguous and destination.flags.aligned
-    own = _buffer_over(backend, destination) if in_place else None
-    buffer = own or backend.scratch_buffer("converted values", destination.size * 4)
-    try:
-        _convert(backend, (storage.buffer, storage.format), (buffer, float_format(1)), destination.size)
-    finally:
-        if own is not None:
-            _give_back(backend, own, destination)
-    if own is None:
-        _fetch(backend, buffer, destination, "f4")
 
 
 def _fetch(backend: OpenCLBackend, buffer: Any, destination: NDArray[Any], number: str) -> None:
@@ -238,19 +223,22 @@ def _mapped(
 
 
 @contextmanager
-def _buffer_of(backend: OpenCLBackend, values: NDArray[np.float32]) -> Iterator[Any]:
-    """Return a buffer that holds an array: the array's own memory on CPUs."""
-    buffer = _buffer_over(backend, values) if backend.is_cpu and values.flags.aligned else None
-    if buffer is None:
-        buffer = backend.scratch_buffer("converted values", values.nbytes)
-        backend.cl.enqueue_copy(backend.queue, buffer, values, is_blocking=True)
-        yield buffer
+def _buffer_of(backend: OpenCLBackend, values: NDArray[Any], *, is_result: bool = False) -> Iterator[Any]:
+    """Yield a buffer with an array's values, or for results that are written into it: its own memory on CPUs."""
+    fits = backend.is_cpu and values.flags.c_contiguous and values.flags.aligned
+    own = _buffer_over(backend, values) if fits else None
+    if own is not None:
+        try:
+            yield own
+        finally:
+            _give_back(backend, own, values)
         return
-    try:
-        yield buffer
-    finally:
-        backend.queue.finish()
-        backend.free(buffer)
+    buffer = backend.scratch_buffer("converted values", values.nbytes)
+    if not is_result:
+        backend.cl.enqueue_copy(backend.queue, buffer, values, is_blocking=True)
+    yield buffer
+    if is_result:
+        _fetch(backend, buffer, values, "f4")
 
 
 # Converted
@@ -271,5 +259,8 @@ def _is_converted_here(backend: OpenCLBackend, values: NDArray[Any]) -> bool:
 
 def _convert(backend: OpenCLBackend, source: tuple[Any, Format], destination: tuple[Any, Format], count: int) -> None:
     """Convert numbers of a buffer into those of another format: one kernel for all sizes."""
-    row = [(buffer, ImageLayout(replace(format_, channels=1), (1, 1))) for buffer, format_ in (source, destination)]
-    move(backend, row[0], row[1], (count, 1))
+    one, other = (
+        Storage(ImageLayout.tight(replace(format_, channels=1), (1, 1)), buffer)
+        for buffer, format_ in (source, destination)
+    )
+    move(backend, one, other, (count, 1))

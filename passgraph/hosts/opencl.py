@@ -251,7 +251,7 @@ class Host(OpenCLBackend):
         check_source(numbers, format)
         with self.running(), self.reported("copying a picture of the caller's"):
             source = self.borrowed.storage(numbers, as_held(numbers, format), READ)
-            move(self, (source.buffer, source.layout), (storage.buffer, storage.layout))
+            move(self, source, storage)
 
     def download_into(self, storage: Storage, into: NDArray[Any] | Picture, format: Format) -> None:
         if not isinstance(into, OpenCLPicture):
@@ -261,27 +261,27 @@ class Host(OpenCLBackend):
         check_room(into, format)
         with self.running(), self.reported("copying a result to the caller's picture"):
             destination = self.borrowed.storage(into, as_held(into, format), WRITTEN)
-            move(self, (storage.buffer, storage.layout), (destination.buffer, destination.layout))
+            move(self, storage, destination)
 
     @contextmanager
     def _plain(self, storage: Storage) -> Iterator[Storage]:
         """Yield a contiguous copy of a storage for reading by the host, or the storage if it is contiguous."""
-        if storage.placement is None:
+        if storage.layout.is_tight:
             yield storage
             return
         own = super().make(storage.format, storage.size)
         try:
-            move(self, (storage.buffer, storage.layout), (own.buffer, own.layout))
+            move(self, storage, own)
             yield own
         finally:
             self.release(own)
 
     def copy(self, source: Storage, destination: Storage) -> None:
-        if source.placement is None and destination.placement is None:
+        if source.layout.is_tight and destination.layout.is_tight:
             super().copy(source, destination)
             return
         with self.reported("copying a picture"):
-            move(self, (source.buffer, source.layout), (destination.buffer, destination.layout))
+            move(self, source, destination)
 
 
 class _Run(transfers.Running):

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 from weakref import ReferenceType, WeakKeyDictionary, finalize, ref
 
 from passgraph.backends.base import Use
 from passgraph.backends.opencl.caller_memory import BufferPicture, ImagePicture, OpenCLPicture, array_picture, parent_of
-from passgraph.backends.opencl.storage import Placement, Storage, tight
+from passgraph.backends.opencl.storage import ImageLayout, Storage
 from passgraph.errors import InputError
 from passgraph.formats import Format, as_many_channels
 
@@ -88,10 +88,11 @@ class Borrowed:
         """Return a picture's storage for passes: its buffer, or a copy of an image until the run ends."""
         if isinstance(picture, BufferPicture):
             self._order(picture, use)
-            return _placed(picture, format_, *self._region(picture))
+            buffer, layout = self._region(picture)
+            return Storage(replace(layout, format=format_), buffer, is_callers=True)
         assert isinstance(picture, ImagePicture)
-        size = picture.size[0] * picture.size[1] * len(picture.channels) * picture.format.bits // 8
-        copy = _placed(picture, format_, self.host.allocate(size, f"a copy of {picture}"), picture.placement)
+        buffer = self.host.allocate(picture.layout.bytes, f"a copy of {picture}")
+        copy = Storage(replace(picture.layout, format=format_), buffer, is_callers=True)
         self._copies.append((picture, copy, use.is_written))
         if use.is_read:
             self.host.cl.enqueue_copy(
@@ -115,7 +116,7 @@ class Borrowed:
         if foreign:
             self.host.cl.enqueue_barrier(self.host.queue, wait_for=foreign)
 
-    def _region(self, picture: BufferPicture) -> tuple[Any, Placement]:
+    def _region(self, picture: BufferPicture) -> tuple[Any, ImageLayout]:
         """Return a sub-buffer from a picture's start, aligned as OpenCL requires, so that kernels do not depend on the
         offset. OpenCL has no sub-buffers of sub-buffers, so one is created from the parent, if the driver knows it."""
         buffer, start, begin = picture.memory, picture.offset, 0
@@ -125,9 +126,9 @@ class Borrowed:
         if parent is not None or not is_part:
             begin = start // self.host.alignment * self.host.alignment
         if parent is not None or begin:
-            buffer = (parent or buffer).get_sub_region(begin, start + picture.bytes - begin)
-        before, placement = (start - begin) * 8 // picture.format.bits, picture.placement
-        return buffer, Placement(placement.first + before, placement.row, placement.pixel, placement.channels)
+            buffer = (parent or buffer).get_sub_region(begin, start + picture.layout.bytes - begin)
+        before = (start - begin) * 8 // picture.format.bits
+        return buffer, replace(picture.layout, first=picture.layout.first + before)
 
     @property
     def is_used(self) -> bool:
@@ -162,11 +163,6 @@ def _forget_array(borrowed: ReferenceType[Borrowed], array: int) -> None:
     there = borrowed()
     if there is not None:
         there._arrays.pop(array, None)
-
-
-def _placed(picture: OpenCLPicture, format_: Format, buffer: Any, placement: Placement) -> Storage:
-    plain = placement == tight(format_.channels, picture.size[0])
-    return Storage(format_, picture.size, buffer, None, None, None if plain else placement, is_callers=True)
 
 
 def check_source(picture: OpenCLPicture, format_: Format) -> None:

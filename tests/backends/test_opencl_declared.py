@@ -50,8 +50,8 @@ def texts() -> Iterator[str]:
     yield from (text for spelled in SPELLED.values() for text in spelled.values())
     for format_ in FORMATS.values():
         yield load_expression(format_, "image", "i") + store_expression(format_, "value")
-        yield move_source(ImageLayout(format_, (4, 4)), ImageLayout(FORMATS["rgba32f"], (4, 4)), 4)
-        yield move_source(ImageLayout(FORMATS["rgba32f"], (4, 4)), ImageLayout(format_, (4, 4)), 4)
+        yield move_source(ImageLayout.tight(format_, (4, 4)), ImageLayout.tight(FORMATS["rgba32f"], (4, 4)), 4)
+        yield move_source(ImageLayout.tight(FORMATS["rgba32f"], (4, 4)), ImageLayout.tight(format_, (4, 4)), 4)
     # What is printed by other parts: bounds of reads, and of the stencil; what a macro stands for.
     yield "clamp(x, 0, 1) min(a, b) max(a, b) get_global_id(0) fma(a, b, c)"
 

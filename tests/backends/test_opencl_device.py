@@ -66,7 +66,7 @@ def test_uploads_round_to_the_nearest_value_halves_to_even(device: OpenCLBackend
 
 def stencil_of(device: OpenCLBackend, storage: Any) -> NDArray[np.uint8]:
     """The stencil of a depth-stencil storage, (height, width)."""
-    stored = np.empty(storage.shape[:2], np.uint8)
+    stored = np.empty(storage.size[::-1], np.uint8)
     device.read(storage.stencil, stored)
     return stored
 

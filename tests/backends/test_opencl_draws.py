@@ -43,7 +43,7 @@ def test_draws_of_every_kind_share_what_makes_triangles() -> None:
     for target in kinds:
         with pg.compile(target, backend="null") as program:
             (step,) = (step for step in program.plan.steps if isinstance(step, DrawStep))
-        layouts = [ImageLayout(format_, step.size) for format_ in step.output_formats]
+        layouts = [ImageLayout.tight(format_, step.size) for format_ in step.output_formats]
         sources = draw_sources(step, DrawLayouts((), (), tuple(layouts), False, False), 32, serial=True, constant=True)
         texts.add(sources["pg_count", "pg_setup", "pg_scan", "pg_fill"].text)
     assert len(texts) == 1

@@ -9,7 +9,7 @@ import pytest
 
 import passgraph as pg
 from passgraph.backends.base import Backend
-from passgraph.backends.opencl.storage import Placement, Storage
+from passgraph.backends.opencl.storage import ImageLayout, Storage
 from passgraph.backends.opencl.transfers import move
 from passgraph.backends.registry import open_backend
 from passgraph.formats import Format
@@ -34,12 +34,12 @@ class Elsewhere(Host):
         buffer = self.allocate((height * row + 5) * number, "a picture that lies elsewhere")
         self.fill(buffer, (height * row + 5) * number)
         order = tuple(reversed(range(channels)))
-        return Storage(format, size, buffer, placement=Placement(5 + (height - 1) * row, -row, channels + 1, order))
+        return Storage(ImageLayout(format, size, 5 + (height - 1) * row, -row, channels + 1, order), buffer)
 
     def _through_plain(self, storage: Storage, fill: Any) -> None:
         plain = Host.make(self, storage.format, storage.size)
         fill(plain)
-        move(self, (plain.buffer, plain.layout), (storage.buffer, storage.layout))
+        move(self, plain, storage)
         self.release(plain)
 
     def upload(self, storage: Storage, picture: Any) -> None:
@@ -80,5 +80,5 @@ def test_every_case_on_pictures_that_lie_elsewhere(case: Case, backends: list[Ba
 
 def test_the_pictures_do_lie_elsewhere(backends: list[Backend]) -> None:
     made = backends[1].make(pg.formats.FORMATS["rgba8"], (3, 2))
-    assert made.placement is not None and made.placement.row < 0
+    assert made.layout.row < 0
     backends[1].release(made)

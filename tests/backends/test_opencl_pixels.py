@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 import passgraph as pg
 from passgraph.backends.opencl import OpenCLBackend
 from passgraph.backends.opencl.pixel import GROUP, inner_block, pixel_source, run_of
-from passgraph.backends.opencl.storage import ImageLayout, Placement
+from passgraph.backends.opencl.storage import ImageLayout
 from passgraph.formats import FORMATS
 from passgraph.language.lower import Facts, ImageFacts, lower
 from tests.conftest import require
@@ -170,17 +170,15 @@ def test_runs_cover_rows_of_any_width_and_little_twice() -> None:
         assert (items - 1) * run < width and items * run - width < 16 * items
 
 
-@pytest.mark.parametrize(
-    ("placement", "row", "pixel"), [(None, 300 * 4, 4), (Placement(5 * 1600, -1600, 5, (1, 2, 3, 0)), -1600, 5)]
-)
-def test_neighbors_are_at_a_fixed_distance_in_memory(placement: Placement | None, row: int, pixel: int) -> None:
+@pytest.mark.parametrize("lies", [(0, 1200, 4, (0, 1, 2, 3)), (5 * 1600, -1600, 5, (1, 2, 3, 0))])
+def test_neighbors_are_at_a_fixed_distance_in_memory(lies: tuple[int, int, int, tuple[int, ...]]) -> None:
     """Compilers then see that the texels of neighboring pixels are adjacent, also where rows are bottom up."""
     kernel = pg.kernel(source="def three(c: Image) -> vec4: return c[0, 0] + c[-2, 1] + c[3, 0]")
     program = lower(kernel.program, Facts(images={"c": ImageFacts(4)}))
-    image, target = (ImageLayout(FORMATS["rgba16f"], (300, 9), where) for where in (placement, None))
+    format_, size, (_, row, pixel, channels) = FORMATS["rgba16f"], (300, 9), lies
+    image, target = ImageLayout(format_, size, *lies), ImageLayout.tight(format_, size)
     text = pixel_source(program, [("c", image)], [target], True, 64, inner_block(program, (300, 9), 64)).text
     inner = text[text.index("void pg_inner") : text.index("void pg_pixel")]
-    channels = placement.channels if placement else range(4)
     origin = re.search(r"int (v\d+) = .*\by\b", inner)
     assert origin is not None
     read = [int(d.replace(" ", "") or 0) for d in re.findall(rf"image0\[{origin.group(1)}(.*?)\]", inner)]
