@@ -115,3 +115,20 @@ def test_a_square_has_as_many_pixels_as_it_is_large(file: Path) -> None:
         [(x, y, *_FLAT) for x in (right, left) for y in (low, high)],
     ):
         assert np.array_equal(ours(file, square, "reference", size)[..., 3], expected)
+
+
+def test_both_shaders_may_use_a_name_and_vertices_begin_with_their_globals(tmp_path: Path) -> None:
+    (tmp_path / "two.vs").write_text("""varying vec2 v; float calls = 0.0; float f(float x) { return x * 2.0; }
+void main() { isf_vertShaderInit(); calls += 1.0; v = vec2(f(isf_FragNormCoord.x), calls); }""")
+    made = tmp_path / "two.fs"
+    made.write_text("""/*{}*/\nvarying vec2 v; float calls = 0.25; float f(float x) { return x + calls; }
+void main() { gl_FragColor = vec4(v, f(0.5), 1.0); }""")
+    with pg.compile(pg.load_shader(made)(into=pg.target("r", "rgba32f", size=(2, 1)))) as program:
+        assert program()["r"][0].tolist() == [[0.5, 1.0, 0.75, 1.0], [1.5, 1.0, 0.75, 1.0]]
+
+
+def test_a_vertex_shader_of_isf_has_no_inputs_but_the_corner(tmp_path: Path) -> None:
+    (tmp_path / "two.vs").write_text("attribute vec2 tangent;\nvoid main() { isf_vertShaderInit(); }")
+    (tmp_path / "two.fs").write_text("/*{}*/\nvoid main() { gl_FragColor = vec4(1.0); }")
+    with pytest.raises(pg.KernelError, match=r"two\.vs:1: input tangent has no value in ISF; isf_FragNormCoord is the"):
+        pg.load_shader(tmp_path / "two.fs")

@@ -209,7 +209,7 @@ def kernel_of(case: Case) -> PixelKernel[Target]:
     prelude = ""
     if case.vertex:
         tokens, reader = preprocessed([(case.vertex.strip() + "\n", "vertex")], {}, None)
-        prelude = vertex_stage(tokens, "vertex", viewer_inputs({}, []), reader.dialect)
+        prelude = vertex_stage(tokens, "vertex", viewer_inputs({}, []), reader.dialect).text
     return PixelKernel.of_shader(parse(fragment, name="suite", prelude=prelude, has_vertex_stage=bool(prelude)))
 
 

@@ -14,23 +14,25 @@ from typing import Any
 from passgraph.arguments import shown
 from passgraph.errors import InputError
 from passgraph.glsl import parse
+from passgraph.glsl import syntax as g
+from passgraph.glsl.preprocess import preprocessed
 from passgraph.graph.calls import PixelKernel
 from passgraph.graph.run_values import MAX_DEPTH, Formula
 from passgraph.graph.targets import Computed, Relative, Target, TargetSpec, previous, target
 from passgraph.language.kernel import kernel_from_text
+from passgraph.language.source import fail
 from passgraph.language.types import BOOL, FLOAT, INT, VEC2, VEC4, Scalar, Type, Vector, component_count
 from passgraph.reading import parsed_json
 from passgraph.shaders.containers.clock import PRELUDE, SECONDS, clock_parameters, clock_uniforms
-from passgraph.shaders.containers.corners import MAX_VARYINGS, WITHIN, Varying, interpolated
 from passgraph.shaders.containers.effect import (
     ShaderEffect,
     ShaderParameter,
     name_of,
     notes_of,
     shader_text,
-    without_comments,
 )
 from passgraph.shaders.containers.shader_images import handle_or_black, imported, shown_with_kept
+from passgraph.shaders.containers.vertex_stage import Inputs, vertex_stage
 
 #: Most characters of a formula.
 MAX_LENGTH = 500
@@ -290,30 +292,33 @@ def _number(value: Any, where: str) -> float:
     return number
 
 
-_VARYING = re.compile(r"^\s*varying\s+(?:\w+p\s+)?(\w+)\s+(\w+)\s*(?:\[\s*(\d+)\s*\])?\s*;", re.MULTILINE)
+#: ISF is GLSL 1.20, unless a text says otherwise.
+_DEFINES = {"__VERSION__": "120"}
 
 
-def vertex_prelude(text: str, file: str) -> tuple[str, str]:
-    """Return GLSL before the fragment shader, which defines ``pg_vertex``, and after it, with ``pg_main``."""
-    plain = without_comments(text)
-    varyings = [Varying(m[1], m[2], int(m[3] or 0)) for m in _VARYING.finditer(plain)]
-    if sum(max(1, one.count) for one in varyings) > MAX_VARYINGS:
-        raise InputError(f"{file}: the vertex shader hands on more than {MAX_VARYINGS} values")
-    moved = re.search(r"\bgl_Position\b", plain) is not None
-    renamed = {"main": "pg_vertex", "isf_FragNormCoord": "pg_corner", "vv_FragNormCoord": "pg_corner", "varying": ""}
-    renamed |= {"gl_Position": "pg_v_gl_Position"} | {one.name: f"pg_v_{one.name}" for one in varyings}
-    begun = "pg_v_gl_Position = vec4(pg_corner * 2.0 - 1.0, 0.0, 1.0)"
-    before = f"vec2 pg_corner; vec4 pg_v_gl_Position;\n{WITHIN}\n"
-    before += "".join(f"#define {name}_vertShaderInit() {begun}\n" for name in ("isf", "vv"))
-    before += "".join(f"#define {name} {other}\n" for name, other in renamed.items())
-    behind = "".join(f"#undef {name}\n" for name in renamed)
-    if moved:  # pixels show the position that has moved to them
-        varyings.append(Varying("vec2", "pg_here", 0))
-        behind += "vec2 pg_here;\n#define pg_v_pg_here pg_corner\n#define isf_FragNormCoord pg_here\n"
-        behind += "#define vv_FragNormCoord pg_here\n"
-    # Varyings become variables of the fragment shader that are set before its main().
-    entry = "\n".join(["void pg_main() {", *interpolated(varyings, moved), "  main();", "}"])
-    return f"{before}{text}\n{behind}#define varying\n", entry
+def _no_input(variable: g.Variable) -> str:
+    fail(variable.span, f"input {variable.name} has no value in ISF; isf_FragNormCoord is the corner")
+
+
+#: What hosts give to vertex shaders. Pixels show the position that has moved to them.
+_INPUTS = Inputs(
+    _no_input,
+    keeps_place=lambda value, inputs: False,
+    known=dict.fromkeys(("isf_FragNormCoord", "vv_FragNormCoord"), ("vec2", "pg_corner")),
+    functions=dict.fromkeys(
+        ("isf_vertShaderInit", "vv_vertShaderInit"),
+        ("vec4", "pg_v_gl_Position = vec4(pg_corner * 2.0 - 1.0, 0.0, 1.0)"),
+    ),
+    place="pg_here",
+)
+_MOVED = "\n#define isf_FragNormCoord pg_here\n#define vv_FragNormCoord pg_here\n"
+
+
+def vertex_prelude(text: str, file: str) -> str:
+    """Return GLSL that runs a vertex shader before the fragment shader."""
+    tokens, _ = preprocessed([(text, file)], _DEFINES, None)
+    stage = vertex_stage(tokens, file, _INPUTS)
+    return stage.text + _MOVED if stage.moves else stage.text
 
 
 #: Values that hosts set. No time has passed before the first frame.
@@ -345,15 +350,14 @@ def read_isf(text: str, path: Path) -> ShaderEffect:
     """
     file = str(path)
     header = read_header(text, file)
-    prelude, postlude, entry = _BEFORE + _declared(header), "", "main"
+    prelude = _BEFORE + _declared(header)
     vertex = path.with_suffix(".vs")
     if vertex.is_file():
-        before, postlude = vertex_prelude(shader_text(vertex, "a vertex shader"), str(vertex))
-        prelude, entry = prelude + before, "pg_main"
+        prelude += vertex_prelude(shader_text(vertex, "a vertex shader"), str(vertex)) + "\n"
     shaders = [
         parse(
-            text, name=f"{name_of(path)}{number or ''}", file=file, entry=entry, prelude=prelude + _WHERE,
-            postlude=postlude, defines={"__VERSION__": "120"}, values=_VALUES | {"PASSINDEX": str(number)},
+            text, name=f"{name_of(path)}{number or ''}", file=file, prelude=prelude + _WHERE,
+            defines=_DEFINES, values=_VALUES | {"PASSINDEX": str(number)},
         )
         for number in range(len(header.passes))
     ]  # fmt: skip

@@ -326,7 +326,7 @@ def read_shader(text: str, path: Path, name: str, pictures: Iterable[str]) -> Sh
     declared = ["vec2 OutputSize = pg_output_size;", _MATRIX]
     declared += [f"uniform sampler2D {sampler};" for sampler in sorted(set(sizes.values()))]
     declared += [f"vec2 {size} = vec2(textureSize({sampler}, 0));" for size, sampler in sizes.items()]
-    prelude = f"{' '.join(declared)} {vertex_stage(tokens, file, _INPUTS)}"
+    prelude = f"{' '.join(declared)} {vertex_stage(tokens, file, _INPUTS).text}"
     return parse(
         plain, name=name, file=file, prelude=prelude, prelude_file=f"{file}, vertex half",
         defines={**_DEFINES, "FRAGMENT": "1"}, folder=path.parent, rows_up=False,

@@ -98,7 +98,7 @@ def _vertex_prelude(text: str, path: Path, notes: list[Note]) -> str:
     values = {name: (types[name], f"{types[name]}({value})") for name, value, _ in found}
     notes += [note for _, _, note in found]
     inputs = viewer_inputs(values, notes)
-    return vertex_stage(tokens, str(path), inputs, reader.dialect)
+    return vertex_stage(tokens, str(path), inputs, reader.dialect).text
 
 
 def _matrices(

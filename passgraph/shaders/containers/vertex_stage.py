@@ -37,6 +37,7 @@ class Inputs:
     functions : functions without parameters, each with the type and the value of its result
     keeps_place : returns True for a value of ``gl_Position``, without spaces, that leaves the picture where it is; it
         also gets the names of inputs that the shader uses for nothing else
+    place : a variable of the fragment shader that is the corner's position, interpolated, where the picture moves
     """
 
     at_corner: Callable[[g.Variable], str]
@@ -44,49 +45,49 @@ class Inputs:
     known: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     uniforms: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     functions: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+    place: str = ""
 
 
-def vertex_stage(tokens: Sequence[Token], file: str, inputs: Inputs, dialect: Dialect | None = None) -> str:
+@dataclass(frozen=True)
+class VertexStage:
+    """GLSL that runs a vertex shader; ``moves`` is False if the picture clearly stays where it is."""
+
+    text: str
+    moves: bool
+
+
+def vertex_stage(tokens: Sequence[Token], file: str, inputs: Inputs, dialect: Dialect | None = None) -> VertexStage:
     """Return GLSL that runs a vertex shader at the corners, with a variable for each output, set at this pixel.
 
     Names of the vertex shader's own get a prefix, since the fragment shader may use them for something else. Lines keep
     their numbers.
     """
     tree = Parser(list(tokens), file, dialect).shader()
+    own = _declared(tree, inputs)
     tokens = [*_undeclared(tokens, inputs.uniforms), _END]
-    names: set[str] = {"gl_Position", "gl_PointSize"}
-    handed: list[Varying] = []
-    given: dict[str, str] = {}
-    for node in tree:
-        if isinstance(node, g.Interface) and not node.qualifiers & {"uniform", "buffer"}:
-            fail(node.span, "a vertex shader hands on variables here, no blocks; declare each of them as out")
-        if isinstance(node, (g.Function, g.Struct)):
-            names.add(node.name)
-        elif isinstance(node, g.Declaration) and "uniform" not in node.qualifiers:
-            names |= {variable.name for variable in node.variables}
-            if node.qualifiers & _HANDED:
-                handed += [_varying(variable) for variable in node.variables if variable.name not in _BUILT_IN]
-            elif node.qualifiers & _GIVEN:
-                given |= {variable.name: inputs.at_corner(variable) for variable in node.variables}
-    words = {token.text for token in tokens if token.kind == "name"}
+    words = {token.text for token in tokens if token.kind == "name"} - own.names
     built_in = {name: other for name, other in _BUILT_IN.items() if name in words}
-    handed += [Varying("vec4", other, 8 if "Tex" in name else 0) for name, other in built_in.items()]
-    if sum(max(1, one.count) for one in handed) > MAX_VARYINGS:
+    own.handed += [Varying("vec4", other, 8 if "Tex" in name else 0) for name, other in built_in.items()]
+    known = {name: one for name, one in inputs.known.items() if name in words - own.uniforms}
+    known |= {name: one for name, one in inputs.uniforms.items() if name in words}
+    functions = {name: one for name, one in inputs.functions.items() if name in words}
+    given = own.given | {name: value for name, (_, value) in known.items()}
+    moves = not _stays(tokens, inputs, _never_hidden(tokens, given, known))
+    if moves and inputs.place:
+        own.handed.append(Varying("vec2", inputs.place, 0))
+        given[inputs.place] = "pg_corner"
+    if sum(max(1, one.count) for one in own.handed) > MAX_VARYINGS:
         raise InputError(f"{file}: the vertex shader hands on more than {MAX_VARYINGS} values")
-    plain = {v.name for node in tree if isinstance(node, g.Declaration) for v in node.variables}
-    known = {name: one for name, one in inputs.known.items() if name in words - names - plain}
-    known |= {name: one for name, one in inputs.uniforms.items() if name in words - names}
-    functions = {name: one for name, one in inputs.functions.items() if name in words - names}
-    renamed = {name: f"pg_v_{name}" for name in (*names, *known, *functions)}
+    renamed = {name: f"pg_v_{name}" for name in (*own.names, *known, *functions, *filter(None, [inputs.place]))}
     renamed |= {name: f"pg_v_{other}" for name, other in built_in.items()}
     renamed |= {name: f"pg_a_{name}" for name in known.keys() & built_in.values()}  # gl_Color is an input, too
-    given |= {name: value for name, (_, value) in known.items()}
     before = ["vec2 pg_corner; vec4 pg_v_gl_Position; float pg_v_gl_PointSize;"]
     before += [f"{type_} {renamed[name]};" for name, (type_, _) in known.items()]
     before += [f"{type_} pg_v_{name}() {{ return {value}; }}" for name, (type_, value) in functions.items()]
-    before += [f"vec4 pg_v_{one.name}{_length(one)};" for one in handed if one.name in built_in.values()]
+    ours = {*built_in.values(), inputs.place}
+    before += [f"{one.type} pg_v_{one.name}{_length(one)};" for one in own.handed if one.name in ours]
     lines = [f"{' '.join(before)} {_text(_renamed(tokens, renamed))}"]
-    lines += [f"{one.type} {one.name}{_length(one)};" for one in handed]
+    lines += [f"{one.type} {one.name}{_length(one)};" for one in own.handed]
     # Each vertex begins with the globals as they are declared.
     changing = list(_changing(tree))
     lines += [f"{type_} pg_0_{name}{'[]' * sides} = {renamed[name]};" for name, type_, sides in changing]
@@ -96,11 +97,38 @@ def vertex_stage(tokens: Sequence[Token], file: str, inputs: Inputs, dialect: Di
     clamped = [f"pg_v_{other} = clamp(pg_v_{other}, 0.0, 1.0);" for other in built_in.values() if "Color" in other]
     lines += [f"void pg_vertex() {{ {corners}pg_v_main(); {' '.join(clamped)} }}"]
     # Outputs are computed before the fragment shader, whose globals may use them.
-    moved = not _stays(tokens, inputs, _never_hidden(tokens, given, known))
-    run = interpolated(handed, moved)
+    run = interpolated(own.handed, moves)
     lines += [WITHIN, "float pg_run() {", *run, "  return 0.0; }", "float pg_done = pg_run();"]
-    lines += ["vec4 gl_FragCoord = vec4(gl_FragCoord.xy, pg_zw);"] if moved else []
-    return "\n".join(lines)
+    lines += ["vec4 gl_FragCoord = vec4(gl_FragCoord.xy, pg_zw);"] if moves else []
+    return VertexStage("\n".join(lines), moves)
+
+
+@dataclass
+class _Declared:
+    """What a vertex shader declares outside of functions; ``given`` are inputs, with their values."""
+
+    names: set[str] = field(default_factory=lambda: {"gl_Position", "gl_PointSize"})
+    uniforms: set[str] = field(default_factory=set)
+    handed: list[Varying] = field(default_factory=list)
+    given: dict[str, str] = field(default_factory=dict)
+
+
+def _declared(tree: Sequence[g.Outer], inputs: Inputs) -> _Declared:
+    own = _Declared()
+    for node in tree:
+        if isinstance(node, g.Interface) and not node.qualifiers & {"uniform", "buffer"}:
+            fail(node.span, "a vertex shader hands on variables here, no blocks; declare each of them as out")
+        if isinstance(node, (g.Function, g.Struct)):
+            own.names.add(node.name)
+        elif isinstance(node, g.Declaration):
+            variables = [variable for variable in node.variables if variable.name not in _BUILT_IN]
+            names = own.uniforms if "uniform" in node.qualifiers else own.names
+            names |= {variable.name for variable in variables}
+            if node.qualifiers & _HANDED:
+                own.handed += map(_varying, variables)
+            elif node.qualifiers & _GIVEN:
+                own.given |= {variable.name: inputs.at_corner(variable) for variable in variables}
+    return own
 
 
 def _length(one: Varying) -> str:
