@@ -19,7 +19,7 @@ class KernelLengthError(KernelError):
 
 
 class UnsupportedGlslError(KernelError):
-    """GLSL that is valid unless it runs: what is not read here, such as cube maps, and calls of bare prototypes."""
+    """Valid GLSL that is not read here, such as cube maps."""
 
 
 class GraphError(PassgraphError):

@@ -210,7 +210,7 @@ class Body:
     def inline(self, function: g.Function, arguments: list[Part | Place], span: Span) -> Part | None:
         """Inline a call of a function and return its value; None for a void one."""
         if function.body is None:
-            fail(span, f"{function.name} is declared but has no body", UnsupportedGlslError)
+            fail(span, f"{function.name} is declared but has no body")
         calls = self.builder.calls
         if function in calls:
             fail(span, f"{function.name} calls itself; GLSL has no recursion")

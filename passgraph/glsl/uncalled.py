@@ -20,8 +20,8 @@ def check_uncalled(tree: Iterable[g.Outer], unit: Unit) -> None:
     """Raise KernelError for an error in a function that was not lowered, except in the container's text.
 
     Each is lowered for arguments of unknown values, and dropped; callers first, since these lower what they call. What
-    is not read here, such as cube maps, is no error in it, nor is a call of a function without a body. All together may
-    grow as far as one kernel; what is past that is not checked.
+    is not read here, such as cube maps, is no error in it. All together may grow as far as one kernel; what is past
+    that is not checked.
     """
     own = [node for node in tree if isinstance(node, g.Function) and node.span.file not in unit.around]
     inlined, builder = set(unit.inlined), Builder("pixel")

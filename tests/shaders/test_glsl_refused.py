@@ -5,9 +5,14 @@ Sections are those of GLSL 3.30, or of the version that is named.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import pytest
 
 import passgraph as pg
+
+if TYPE_CHECKING:
+    import moderngl
 
 HEADS = {
     "": "",
@@ -61,6 +66,8 @@ REFUSED = [
      "i must be int, got float"),
     ("6.1: recursion in functions that nothing calls", "330",
      "float f(float a); float g(float a) { return f(a); } float f(float a) { return g(a); }" + NEW, "calls itself"),
+    ("6.1: a call of a function without a body", "330", "float f(float a); float g() { return f(1.0); }" + NEW,
+     "f is declared but has no body"),
     ("4.1.7: a sampler in a struct that is given back", "",
      "struct S { float x; sampler2D t; }; uniform S s; S f() { return s; }" + MAIN,
      "a function cannot return a sampler"),
@@ -216,6 +223,37 @@ REFUSED = [
 ]  # fmt: skip
 
 
+#: Versions and shaders that come close, and are valid.
+READ = [
+    # A local constant may depend on anything from GLSL 4.20 on, and so in text without a version.
+    ("", "uniform float u; void main() { const float k = u; gl_FragColor.x = k; }"),
+    ("460", "void main() { float a = 1.0; const float k = a; color.x = k; }"),
+    ("330", "uniform float u; float g = u; void main() { color.x = g; }"),
+    ("100", "const float k = (1.0, 2.0);" + MAIN),
+    ("300 es", "const int n = 3; const float k[n] = float[](1.0, sin(2.0), float(n)); float a[k.length()];" + NEW),
+    ("330", "const vec3 v = vec3(1.0, 2.0, 3.0); struct S { int i; }; const S s = S(2); float a[s.i];"
+     "void main() { const float k = v.y; color.x = k; }"),
+    ("330", "float a[gl_MaxDrawBuffers];" + NEW),
+    ("330", "void main() { vec4 color = vec4(1.0); color.x = 2.0; gl_FragColor = color; }"),
+    ("", "#version 330\n#extension GL_ARB_arrays_of_arrays : enable\nout vec4 color; float a[2][3];"
+     "void main() { a[1][2] = 1.0; color.x = a[1][2]; }"),
+    ("", "void main() { float a[2][2] = { { 1.0, 2.0 }, { 3.0, 4.0 } }; gl_FragColor.x = a[1][0] + 1f; }"),
+    ("330", "uniform B { layout(row_major) uniform mat4 m; float a; } b[2]; void main() { color.x = b[1].a; }"),
+    ("330", "in vec4 gl_FragCoord; void main() { gl_FragDepth = 1.0; color = gl_FragCoord; }"),
+    ("100", "float round(float x) { return floor(x + 0.5); } float sin(int x) { return sin(float(x)); }" + MAIN),
+    ("300 es",
+     "vec4 texture2D(sampler2D s, vec2 v) { return texture(s, v); } float f(float a); float f(float a);" + NEW),
+    ("330", "float sin(float x) { return x; } void main() { color.x = sin(3.0); }"),
+    ("330", "void main() { switch (1) { case 0: default: ; } color.x = 1.0; }"),
+    ("330", "#define A(x) x\n#if 0\n1e 0x \n#endif\nvoid main() { color.x = A(1e2) + .5e-1; }"),
+    # What is not read here is no error in a function that nothing calls.
+    ("", "vec4 f(samplerCube s, vec3 v) { return textureCube(s, v); }" + MAIN),
+    ("", "float f(float x) { return noise1(x); } bool h() { return gl_HelperInvocation; }" + MAIN),
+    ("", "float f(int n, float a[4]) { float s = 0.0; for (int i = 0; i < n; i++) s += a[i]; return s; }" + MAIN),
+    ("", "void f(out vec2 a, inout vec2 b, sampler2D s) { a = b + texture2D(s, b).xy; b = a; }" + MAIN),
+]  # fmt: skip
+
+
 @pytest.mark.parametrize(("version", "text", "message"), [row[1:] for row in REFUSED], ids=[row[0] for row in REFUSED])
 def test_an_invalid_shader_is_refused(version: str, text: str, message: str) -> None:
     with pytest.raises(pg.KernelError) as caught:
@@ -224,38 +262,33 @@ def test_an_invalid_shader_is_refused(version: str, text: str, message: str) -> 
     assert "^" in str(caught.value)  # the caret below the line
 
 
-@pytest.mark.parametrize(
-    ("version", "text"),
-    [
-        # A local constant may depend on anything from GLSL 4.20 on, and so in text without a version.
-        ("", "uniform float u; void main() { const float k = u; gl_FragColor.x = k; }"),
-        ("460", "void main() { float a = 1.0; const float k = a; color.x = k; }"),
-        ("330", "uniform float u; float g = u; void main() { color.x = g; }"),
-        ("100", "const float k = (1.0, 2.0);" + MAIN),
-        ("300 es", "const int n = 3; const float k[n] = float[](1.0, sin(2.0), float(n)); float a[k.length()];" + NEW),
-        ("330", "const vec3 v = vec3(1.0, 2.0, 3.0); struct S { int i; }; const S s = S(2); float a[s.i];"
-         "void main() { const float k = v.y; color.x = k; }"),
-        ("330", "float a[gl_MaxDrawBuffers];" + NEW),
-        ("330", "void main() { vec4 color = vec4(1.0); color.x = 2.0; gl_FragColor = color; }"),
-        ("330",
-         "#extension GL_ARB_arrays_of_arrays : enable\nfloat a[2][3]; void main() { a[1][2] = 1.0; color.x = 0.0; }"),
-        ("", "void main() { float a[2][2] = { { 1.0, 2.0 }, { 3.0, 4.0 } }; gl_FragColor.x = a[1][0] + 1f; }"),
-        ("330", "uniform B { layout(row_major) uniform mat4 m; float a; } b[2]; void main() { color.x = b[1].a; }"),
-        ("330",
-         "in vec4 gl_FragCoord; out float gl_FragDepth; void main() { gl_FragDepth = 1.0; color = gl_FragCoord; }"),
-        ("100", "float round(float x) { return floor(x + 0.5); } float sin(int x) { return sin(float(x)); }" + MAIN),
-        ("300 es",
-         "vec4 texture2D(sampler2D s, vec2 v) { return texture(s, v); } float f(float a); float f(float a);" + NEW),
-        ("330", "float sin(float x) { return x; } void main() { color.x = sin(3.0); }"),
-        ("330", "void main() { switch (1) { case 0: default: ; } color.x = 1.0; }"),
-        ("330", "#define A(x) x\n#if 0\n1e 0x \n#endif\nvoid main() { color.x = A(1e2) + .5e-1; }"),
-        # What is not read here is no error in a function that nothing calls.
-        ("", "vec4 f(samplerCube s, vec3 v) { return textureCube(s, v); }" + MAIN),
-        ("", "float f(float x) { return noise1(x); } bool h() { return gl_HelperInvocation; }" + MAIN),
-        ("", "float f(int n, float a[4]) { float s = 0.0; for (int i = 0; i < n; i++) s += a[i]; return s; }" + MAIN),
-        ("", "float map(vec3 p); float f(vec3 p) { return map(p); }" + MAIN),
-        ("", "void f(out vec2 a, inout vec2 b, sampler2D s) { a = b + texture2D(s, b).xy; b = a; }" + MAIN),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("version", "text"), READ)
 def test_what_differs_little_from_it_is_read(version: str, text: str) -> None:
     assert pg.kernel(glsl=HEADS[version] + text, name="k").name == "k"
+
+
+def refused_by(context: moderngl.Context, version: str, text: str) -> bool:
+    """Return True if the driver refuses a fragment shader, or to link it."""
+    import moderngl
+
+    head, given = HEADS[version].split("\n")[0], "attribute" if version in ("", "100") else "in"
+    corner = f"{given} vec2 corner; void main() {{ gl_Position = vec4(corner, 0.0, 1.0); }}"
+    try:
+        context.program(vertex_shader=f"{head}\n{corner}", fragment_shader=HEADS[version] + text).release()
+    except moderngl.Error:
+        return True
+    return False
+
+
+@pytest.mark.gl
+def test_the_driver_refuses_the_same(context: moderngl.Context) -> None:
+    """Mesa lets a block have a member twice, and has no GLSL 4.60."""
+    taken = [rule for rule, version, text, _ in REFUSED if not refused_by(context, version, text)]
+    assert taken == ["4.3.7: a member twice"]
+
+
+@pytest.mark.gl
+def test_the_driver_reads_the_same(context: moderngl.Context) -> None:
+    """Text without a version is read here as the version that allows it; Mesa reserves texture2D in ES 3.00, too."""
+    rows = [(version, text) for version, text in READ if version not in ("", "460") and "vec4 texture2D" not in text]
+    assert [text for version, text in rows if refused_by(context, version, text)] == []
