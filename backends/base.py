@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.turn import Turn, turn_of
-from passgraph.errors import BackendError
-from passgraph.formats import Format, float_format
+from passgraph.errors import BackendError, InputError
+from passgraph.formats import Format, as_many_channels, float_format
 from passgraph.graph.draw_state import Geometry
 from passgraph.language.native import Accuracy
 from passgraph.plan.data import CountStep, DrawStep, PixelStep
@@ -73,6 +73,22 @@ class DevicePicture:
     def is_in(self, storage: Any) -> bool:
         """Return True if `Backend.adopt` uses the picture itself, not a copy on the device."""
         return True
+
+    def check_room(self, format_: Format, remedy: str, is_stored: bool = False) -> None:
+        """Check that results of a format can be written to the picture.
+
+        ``remedy`` ends the message if only one is sRGB-encoded; with ``is_stored`` that does not matter.
+
+        Raises
+        ------
+        InputError
+            For another encoding, and for fewer or more channels.
+        """
+        what = f"into= gives a {self} for target format {format_.name}"
+        if not is_stored and self.format.srgb != format_.srgb:
+            raise InputError(f"{what}: only one is sRGB-encoded; {remedy}")
+        if not as_many_channels(format_, self.format):
+            raise InputError(f"{what}, which has {format_.channels} channel(s); they must be as many")
 
     def __str__(self) -> str:
         return f"{self.format.name} picture of {self.size[0]}x{self.size[1]} pixels"

@@ -26,10 +26,10 @@ class CountsRunner(PixelPassRunner):
 def counts_source(image: ImageLayout, counts: ImageLayout, items: int, constant: bool) -> Listing:
     """Return the kernel ``pg_counts``, with the arguments of a pixel pass."""
     columns = counts.size[0]
-    stored = " ".join(f"out0[o + {counts.channel(c)}] = SUM({c + 1} + 4 * (x));" for c in range(4))
+    stored = " ".join(f"out0[o + {counts.places[c]}] = SUM({c + 1} + 4 * (x));" for c in range(4))
     defined = {
         "ARGUMENTS": parameters([image], [counts]),
-        "NUMBER(x, y)": f"image0[{image.place('(x)', '(y)')} + {image.channel(0)}]",
+        "NUMBER(x, y)": f"image0[{image.place('(x)', '(y)')} + {image.places[0]}]",
         "BINS": 4 * columns,
         "WIDTH": image.size[0],
         "HEIGHT": image.size[1],

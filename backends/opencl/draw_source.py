@@ -184,7 +184,7 @@ def _clear(step: DrawStep, layouts: DrawLayouts) -> str:
             continue
         for k, value in enumerate(clear_colour(values, layout.channels, layout.format.srgb)):
             stored = store_expression(layout.format, printer.float_literal(value))
-            lines.append(f"pg_out{i}[o{i} + {layout.channel(k)}] = {stored};")
+            lines.append(f"pg_out{i}[o{i} + {layout.places[k]}] = {stored};")
     if layouts.depth and step.depth_clear is not None:
         lines.append(f"pg_depths[at] = {printer.float_literal(step.depth_clear)};")
         if layouts.stencil:
@@ -303,7 +303,7 @@ def _write(printer: OpenCLPrinter, step: DrawStep, i: int, layout: ImageLayout, 
     """Blend, mask and store one target."""
     state = step.state
     mask = state.color_mask[i] if state.color_mask else (True,) * 4
-    at = [f"o{i} + {layout.channel(k)}" for k in range(layout.channels)]
+    at = [f"o{i} + {layout.places[k]}" for k in range(layout.channels)]
     results = list(values)
     if step.blending[i] is not None:
         stored = [load_expression(layout.format, f"pg_out{i}", index) for index in at]

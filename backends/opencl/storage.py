@@ -117,7 +117,3 @@ class ImageLayout:
         """Return how programs are lowered that read or write it."""
         wide = self.index_type == "long"
         return Buffer(self.size, self.row, self.pixel, self.first, self.places, wide, self.format)
-
-    def channel(self, number: int) -> int:
-        """Return the offset of a channel in its pixel."""
-        return self.places[number]

@@ -54,13 +54,13 @@ def move_source(source: ImageLayout, destination: ImageLayout, run: int) -> str:
         if channel >= source.channels:
             number = nearest_number(destination.format, "1.0f")
         elif source.format.number == destination.format.number:
-            number = f"from[f + {source.channel(channel)}]"
+            number = f"from[f + {source.places[channel]}]"
         else:
             rows.append(
-                f"float v{channel} = {load_expression(source.format, 'from', f'f + {source.channel(channel)}')};"
+                f"float v{channel} = {load_expression(source.format, 'from', f'f + {source.places[channel]}')};"
             )
             number = nearest_number(destination.format, f"v{channel}")
-        rows.append(f"to[t + {destination.channel(channel)}] = {number};")
+        rows.append(f"to[t + {destination.places[channel]}] = {number};")
     return _MOVE_SOURCE.format(
         source=element(source.format), destination=element(destination.format), run=run,
         source_type=source.index_type, source_place=source.place("x", "y"),

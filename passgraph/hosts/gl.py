@@ -21,7 +21,7 @@ from passgraph.backends.gl.backend import GLBackend
 from passgraph.backends.gl.context import Current
 from passgraph.backends.gl.textures import Surface, Texture, in_words
 from passgraph.errors import BackendError, InputError
-from passgraph.formats import Format, as_many_channels, colour_format, curved, float_format
+from passgraph.formats import Format, colour_format, curved, float_format
 from passgraph.graph.targets import checked_size
 from passgraph.hosts.gl_copies import Copies
 from passgraph.hosts.gl_host_pictures import HostFramebuffer, HostPicture, Origin, Region
@@ -330,17 +330,8 @@ def check_room(picture: HostPicture, format_: Format) -> None:
     """Raise InputError if a target of a format cannot be written to the picture."""
     if picture.facts.is_depth:
         raise InputError(f"{picture} is depth, which no pass writes; give a colour picture in into=")
-    if picture.format.srgb != format_.srgb:
-        holds, written = ("sRGB-encoded", "linear") if picture.format.srgb else ("plain", "sRGB-encoded")
-        raise InputError(
-            f"{picture} holds {holds} numbers, and target format {format_.name} {written} ones; give the target "
-            f"format rgba8{'_srgb' if picture.format.srgb else ''}, or ask for the picture with srgb={format_.srgb}"
-        )
-    if not as_many_channels(format_, picture.format):
-        raise InputError(
-            f"{picture} has {picture.format.channels} channel(s), and target format {format_.name} has "
-            f"{format_.channels}; they must be as many"
-        )
+    own = f"rgba8{'_srgb' if picture.format.srgb else ''}"
+    picture.check_room(format_, f"give the target format {own}, or ask for the picture with srgb={format_.srgb}")
 
 
 def _encoded(format_: Format, srgb: bool) -> Format:

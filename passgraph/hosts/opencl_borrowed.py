@@ -11,7 +11,7 @@ from passgraph.backends.base import Use
 from passgraph.backends.opencl.caller_memory import BufferPicture, ImagePicture, OpenCLPicture, array_picture, parent_of
 from passgraph.backends.opencl.storage import ImageLayout, Storage
 from passgraph.errors import InputError
-from passgraph.formats import Format, as_many_channels
+from passgraph.formats import Format
 
 if TYPE_CHECKING:
     from passgraph.hosts.opencl import Host
@@ -177,14 +177,8 @@ def check_room(picture: OpenCLPicture, format_: Format) -> None:
     """Raise InputError if a target of a format cannot be written to a picture."""
     if not picture.is_writable:
         raise InputError(f"into= gives a {picture}, which may not be written (READ_ONLY); make its memory READ_WRITE")
-    if not picture.is_stored and picture.format.srgb != format_.srgb:
-        raise InputError(f"into= gives a {picture} for target format {format_.name}: only one is sRGB-encoded")
+    picture.check_room(format_, "give both the same format", picture.is_stored)
     own = picture.format
-    if not as_many_channels(own, format_):
-        raise InputError(
-            f"into= gives a {picture} for target format {format_.name}, which has {format_.channels} channel(s); they "
-            "must be as many"
-        )
     if own.number != format_.number and own.number != "f4":
         raise InputError(f"into= gives a {picture} for target format {format_.name}; give the same numbers, or float32")
 

@@ -17,7 +17,7 @@ from passgraph.backends.webgpu.backend import WebGPUBackend
 from passgraph.backends.webgpu.textures import Stored, Texture, stored_as
 from passgraph.backends.webgpu.transfers import copy_pass, move_depth
 from passgraph.errors import BackendError, DeviceMissingError, InputError
-from passgraph.formats import FORMATS, Format, as_many_channels, curved
+from passgraph.formats import FORMATS, Format, curved
 
 #: WebGPU's format → ours with the same numbers.
 _KNOWN = {
@@ -273,16 +273,7 @@ def _check_destination(picture: HostPicture, format_: Format) -> None:
         raise InputError(f"into= gives a {picture}, which no pass writes; give a color texture")
     if not picture.can("RENDER_ATTACHMENT"):
         raise InputError(f"into= gives a {picture}: its usage lacks RENDER_ATTACHMENT; create it with that flag")
-    if picture.format.srgb != format_.srgb:
-        raise InputError(
-            f"into= gives a {picture} for target format {format_.name}: only one is sRGB-encoded; ask for "
-            f"host.texture(texture, srgb={format_.srgb})"
-        )
-    if not as_many_channels(format_, picture.format):
-        raise InputError(
-            f"into= gives a {picture} for target format {format_.name}, which has {format_.channels} channel(s); they "
-            "must be as many"
-        )
+    picture.check_room(format_, f"ask for host.texture(texture, srgb={format_.srgb})")
 
 
 _MOVE = """@group(0) @binding(0) var source: texture_2d<f32>;
