@@ -19,6 +19,7 @@ from passgraph.backends.turn import Turn, turn_of
 from passgraph.errors import BackendError, InputError
 from passgraph.formats import Format, as_many_channels, float_format
 from passgraph.graph.draw_state import Geometry
+from passgraph.language.builtin_name import BuiltinName
 from passgraph.language.native import Accuracy
 from passgraph.plan.data import CountStep, DrawStep, PixelStep
 from passgraph.plan.limits import Limits
@@ -395,7 +396,7 @@ def vertex_attribute(mesh: Geometry, name: str) -> FloatBlock:
     return np.ascontiguousarray(array, np.float32).reshape(count, components)
 
 
-def vertex_builtins(mesh: Geometry) -> dict[str, FloatBlock]:
+def vertex_builtins(mesh: Geometry) -> dict[BuiltinName, FloatBlock]:
     """Return the builtins of a vertex kernel for a mesh, by name: (n, components) arrays, or (n,) for one component."""
-    attributes = {f"vertex.{name}": vertex_attribute(mesh, name) for name in ATTRIBUTES}
+    attributes = {BuiltinName("vertex", name): vertex_attribute(mesh, name) for name in ATTRIBUTES}
     return {name: values[:, 0] if values.shape[1] == 1 else values for name, values in attributes.items()}

@@ -14,6 +14,7 @@ import numpy as np
 
 from passgraph.cached import cached_property
 from passgraph.language import scalar as s
+from passgraph.language.builtin_name import BuiltinName
 from passgraph.language.operations import OPERATIONS
 from passgraph.language.source import NOWHERE, Span
 
@@ -92,8 +93,8 @@ class Printer(ABC):
         """Return entry ``index`` (an int if known) of the block ``"float"`` or ``"int"``."""
 
     @abstractmethod
-    def builtin(self, name: str) -> str:
-        """Return the expression of a builtin such as ``pixel.0`` or ``size.IMAGE.1``."""
+    def builtin(self, name: BuiltinName) -> str:
+        """Return the expression of a builtin."""
 
     def texel(self, load: s.LoadTexel) -> None:
         """Print one texel load and :meth:`name` (or :meth:`value`) its results."""

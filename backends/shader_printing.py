@@ -15,7 +15,7 @@ from passgraph.backends.foreseen import foreseen_values
 from passgraph.backends.printing import Listing, Printer
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS, border_name, border_program
-from passgraph.language.ir import own_pixel
+from passgraph.language.builtin_name import BuiltinName
 
 LETTERS = "xyzw"
 #: Larger than every picture, and small enough that its float stays an int after multiplication and rounding.  Larger
@@ -50,7 +50,7 @@ class ShaderPrinter(Printer):
     output_size: ClassVar[str]
     front_facing: ClassVar[str]
 
-    def __init__(self, program: s.ScalarProgram, varyings: tuple[str, ...] = ()) -> None:
+    def __init__(self, program: s.ScalarProgram, varyings: tuple[BuiltinName, ...] = ()) -> None:
         super().__init__(program)
         self.varyings = varyings
         self.image_numbers = {use.name: k for k, use in enumerate(program.images)}
@@ -129,24 +129,23 @@ class ShaderPrinter(Printer):
 
     # Builtins
 
-    def builtin(self, name: str) -> str:
+    def builtin(self, name: BuiltinName) -> str:
         if self.program.stage == "border":
-            return name
-        head, _, rest = name.partition(".")
-        if head == "pixel":
-            return f"{self.pixel()}.{LETTERS[int(rest)]}"
-        if head == "output_size":
-            return f"{self.output_size}.{LETTERS[int(rest)]}"
-        if head == "size":
-            image, _, axis = rest.rpartition(".")
-            return f"{self.size(image)}.{LETTERS[int(axis)]}"
-        if head == "vertex":
-            attribute, _, component = rest.partition(".")
-            return f"in_{attribute}.{LETTERS[int(component)]}" if component else f"in_{attribute}"
-        name, axes = own_pixel(name)
-        if name.startswith("varying."):
-            return self._varying(self.varyings.index(name.removeprefix("varying.")), axes)
-        return self._depth(axes) if name == "fragment_depth" else {"front_facing": self.front_facing}[name]
+            return name.kind
+        component = "" if name.component is None else f".{LETTERS[name.component]}"
+        if name.kind == "pixel":
+            return self.pixel() + component
+        if name.kind == "output_size":
+            return self.output_size + component
+        if name.kind == "size":
+            return self.size(name.of) + component
+        if name.kind == "vertex":
+            return f"in_{name.of}{component}"
+        if name.kind == "varying":
+            return self._varying(self.varyings.index(name.at("")), name.axes)
+        return (
+            self._depth(name.axes) if name.kind == "fragment_depth" else {"front_facing": self.front_facing}[name.kind]
+        )
 
     def pixel(self) -> str:
         return self.declare(self.ivec2, "pg_pixel", f"{self.ivec2}({self.fragment}.xy)")

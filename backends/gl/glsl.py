@@ -19,6 +19,7 @@ from passgraph.backends.shader_printing import FARTHEST_TEXEL, LETTERS, ShaderPr
 from passgraph.language import native
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS, border_name
+from passgraph.language.builtin_name import OUTPUT_SIZE, BuiltinName
 
 #: The negation of a bool.
 NEGATED = "({0} ^^ true)"
@@ -120,7 +121,7 @@ class GLSL(ShaderPrinter, CLike):
     def __init__(
         self,
         program: s.ScalarProgram,
-        varyings: tuple[str, ...] = (),
+        varyings: tuple[BuiltinName, ...] = (),
         placements: Placements = ALL_PLAIN,
         dialect: Dialect = GLSL_330,
     ) -> None:
@@ -294,7 +295,7 @@ class GLSL(ShaderPrinter, CLike):
                 entry = f"{vector} {name}[{vec4_count(count)}]" if in_vectors(count) else f"{scalar} {name}[{count}]"
                 lines.append(f"uniform {entry};")
         output = self.placements.output
-        if output.bottom_up or any(name.startswith("output_size") for name, _ in program.builtins):
+        if output.bottom_up or any(name in OUTPUT_SIZE for name, _ in program.builtins):
             lines.append("uniform ivec2 pg_output_size;")
         if output.is_part:
             lines.append("uniform ivec2 pg_output_origin;")

@@ -20,6 +20,7 @@ from passgraph.backends.printing import Listing
 from passgraph.backends.shader_printing import vec4_count
 from passgraph.cached import Recent
 from passgraph.errors import BackendError
+from passgraph.language.builtin_name import BuiltinName
 from passgraph.language.scalar import ScalarProgram
 from passgraph.language.source import NOWHERE
 from passgraph.plan.data import CountStep
@@ -29,7 +30,7 @@ from passgraph.plan.data import CountStep
 _LINE = re.compile(r"\b\d+[:(](\d+)[):(]")
 #: Most programs that are kept for sources that come again, beside those in use.
 MOST_KEPT = 128
-Key: TypeAlias = "tuple[str, str, tuple[str, ...], Placements]"
+Key: TypeAlias = "tuple[str, str, tuple[BuiltinName, ...], Placements]"
 
 
 @dataclass
@@ -149,7 +150,7 @@ class Programs:
         self,
         vertex: ScalarProgram,
         fragment: ScalarProgram | None,
-        varyings: tuple[str, ...],
+        varyings: tuple[BuiltinName, ...],
         placements: Placements = ALL_PLAIN,
     ) -> LinkedProgram:
 

@@ -18,7 +18,7 @@ from passgraph.backends.opencl.opencl_c import (
 from passgraph.backends.opencl.storage import INT_LIMIT, ImageLayout
 from passgraph.backends.printing import Listing
 from passgraph.graph.draw_state import Stencil
-from passgraph.language.ir import OTHER_PIXELS, other_pixel, own_pixel
+from passgraph.language.builtin_name import OTHER_PIXELS, OUTPUT_SIZE, PIXEL, BuiltinName
 from passgraph.language.scalar import ScalarProgram
 from passgraph.plan.data import DrawStep
 
@@ -104,9 +104,9 @@ def _defines(rows: Mapping[str, object]) -> str:
     return "".join(f"#define {name} {value}\n" for name, value in rows.items())
 
 
-def _read(program: ScalarProgram | None) -> list[tuple[str, str]]:
-    """List the builtins of a fragment kernel, with the pixel of the quad at which each is read."""
-    return [] if program is None else [own_pixel(name) for name, _ in program.builtins]
+def _read(program: ScalarProgram | None) -> list[BuiltinName]:
+    """List the builtins of a fragment kernel."""
+    return [] if program is None else [name for name, _ in program.builtins]
 
 
 def _pixel_rows(step: DrawStep, layouts: DrawLayouts, tile: int, serial: bool) -> dict[str, object]:
@@ -126,8 +126,8 @@ def _pixel_rows(step: DrawStep, layouts: DrawLayouts, tile: int, serial: bool) -
         "PG_TILES_X": -(-width // tile),
         "PG_FLOATS": triangle_floats(step),
         "PG_DEPTH": int(layouts.depth),
-        "PG_READS_DEPTH": int(any(name == "fragment_depth" for name, _ in _read(fragment))),
-        "PG_BESIDE": sum(1 << pixel for pixel in {PIXELS[axes] for _, axes in _read(fragment)} if pixel),
+        "PG_READS_DEPTH": int(any(name.kind == "fragment_depth" for name in _read(fragment))),
+        "PG_BESIDE": sum(1 << pixel for pixel in {PIXELS[name.axes] for name in _read(fragment)} if pixel),
         "PG_SERIAL": int(serial),
         "PG_INDEX": "int" if width * height * 4 < INT_LIMIT else "long",
         "PG_KERNEL_RESOURCES": ", ".join(resources),
@@ -153,9 +153,9 @@ def _vertex(step: DrawStep, layouts: DrawLayouts) -> Listing:
     builtins = {}
     for attribute, (_, components) in ATTRIBUTES.items():
         for k in range(components):
-            builtins[f"vertex.{attribute}.{k}"] = f"in_{attribute}[{components} * vertex + {k}]"
+            builtins[BuiltinName("vertex", attribute, k)] = f"in_{attribute}[{components} * vertex + {k}]"
         if components == 1:
-            builtins[f"vertex.{attribute}"] = f"in_{attribute}[vertex]"
+            builtins[BuiltinName("vertex", attribute)] = f"in_{attribute}[vertex]"
     images = _images(program, layouts.vertex_images, "image")
     printer = OpenCLPrinter(program, builtins, images, prefix="pg_vertex_")
     parameters = [f"__global const float* restrict in_{name}" for name in program.attributes]
@@ -200,16 +200,11 @@ def _shade(step: DrawStep, layouts: DrawLayouts) -> Listing:
     """Print ``pg_shade``: tests, the fragment kernel and the writes for a covered pixel."""
     program = step.fragment if step.fragment is not None else EMPTY
     width, height = step.size
-    builtins = {
-        "pixel.0": "x",
-        "pixel.1": "y",
-        "output_size.0": str(width),
-        "output_size.1": str(height),
-        "front_facing": "front",
-    }
+    builtins = dict(zip((*PIXEL, *OUTPUT_SIZE), ("x", "y", str(width), str(height)), strict=True))
+    builtins[BuiltinName("front_facing")] = "front"
     for axes, pixel in PIXELS.items():
-        builtins[other_pixel("fragment_depth", axes)] = f"there[{pixel}].z"
-        builtins |= {other_pixel(f"varying.{name}", axes): f"varying{k}{axes}" for k, name in enumerate(step.varyings)}
+        builtins[BuiltinName("fragment_depth", axes=axes)] = f"there[{pixel}].z"
+        builtins |= {name.at(axes): f"varying{k}{axes}" for k, name in enumerate(step.varyings)}
     images = _images(program, layouts.images, "pg_image")
     printer = FragmentPrinter(program, builtins, images, prefix="pg_fragment_")
     printer.open(
@@ -220,11 +215,11 @@ def _shade(step: DrawStep, layouts: DrawLayouts) -> Listing:
         printer.line(_place(i, layout))
     early, late = _tests(step, layouts, discards=program.keep is not None)
     printer.line(early)
-    for name, axes in _read(program):
-        if name.startswith("varying."):
-            k, place = step.varyings.index(name.removeprefix("varying.")), f"there[{PIXELS[axes]}]"
+    for name in _read(program):
+        if name.kind == "varying":
+            k, place = step.varyings.index(name.at("")), f"there[{PIXELS[name.axes]}]"
             a, b, c = (f"tri[{8 + 3 * k + j}]" for j in range(3))
-            printer.line(f"float varying{k}{axes} = {a} + ({b} - {a}) * {place}.x + ({c} - {a}) * {place}.y;")
+            printer.line(f"float varying{k}{name.axes} = {a} + ({b} - {a}) * {place}.x + ({c} - {a}) * {place}.y;")
     printer.variables()
     printer.block(printer.program.body)
     if program.keep is not None:
@@ -281,7 +276,9 @@ def _blends(step: DrawStep) -> Iterator[Listing]:
     for i, program in enumerate(step.blending):
         if program is None:
             continue
-        builtins = {f"{name}.{k}": f"{name}.s{k}" for name in ("source", "destination") for k in range(4)}
+        builtins = {
+            BuiltinName(name, component=k): f"{name}.s{k}" for name in ("source", "destination") for k in range(4)
+        }
         printer = OpenCLPrinter(program, builtins)
         printer.open(f"float4 pg_blend{i}(float4 source, float4 destination)")
         printer.variables()

@@ -11,6 +11,7 @@ from passgraph.backends.printing import FLOOR_DIVIDE, INT_MOD, CLike, Listing, b
 from passgraph.formats import Format, format_spelling
 from passgraph.language import native
 from passgraph.language import scalar as s
+from passgraph.language.builtin_name import BuiltinName, size_names
 from passgraph.language.lowering import Pass, lowered
 from passgraph.language.lowering.buffers import StoresInBuffers, TexelsInBuffers
 from passgraph.language.source import NOWHERE, Span
@@ -93,7 +94,7 @@ class OpenCLPrinter(CLike):
     def __init__(
         self,
         program: s.ScalarProgram,
-        builtins: Mapping[str, str],
+        builtins: Mapping[BuiltinName, str],
         images: Mapping[str, tuple[str, ImageLayout]] | None = None,
         *,
         inner: bool = False,
@@ -107,7 +108,7 @@ class OpenCLPrinter(CLike):
         super().__init__(lowered(program, passes))
         self.builtins = dict(builtins)
         for name, (_, layout) in images.items():
-            self.builtins |= {f"size.{name}.{axis}": str(layout.size[axis]) for axis in (0, 1)}
+            self.builtins |= dict(zip(size_names(name), map(str, layout.size), strict=True))
         self.buffers = {name: buffer for name, (buffer, _) in images.items()}
         self.prefix = prefix  # prefix of tables, so that two programs fit into one source
 
@@ -120,7 +121,7 @@ class OpenCLPrinter(CLike):
     def table(self, name: str, index: str) -> str:
         return f"{self.prefix}{name}[{index}]"
 
-    def builtin(self, name: str) -> str:
+    def builtin(self, name: BuiltinName) -> str:
         return self.builtins[name]
 
     def load(self, load: s.Load) -> None:

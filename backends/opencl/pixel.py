@@ -27,6 +27,7 @@ from passgraph.backends.opencl.programs import MOST_LAYOUTS
 from passgraph.backends.opencl.storage import INT_LIMIT, ImageLayout, Storage
 from passgraph.backends.printing import Listing
 from passgraph.cached import Recent
+from passgraph.language.builtin_name import OUTPUT_SIZE, PIXEL
 from passgraph.language.scalar import ScalarProgram, count
 from passgraph.plan.data import PixelStep
 
@@ -128,7 +129,7 @@ def _kernel(
 ) -> Listing:
     inner, on_cpu = name == "pg_inner", run > 1
     width, height = outputs[0].size
-    builtins = {"pixel.0": "x", "pixel.1": "y", "output_size.0": str(width), "output_size.1": str(height)}
+    builtins = dict(zip((*PIXEL, *OUTPUT_SIZE), ("x", "y", str(width), str(height)), strict=True))
     named = {image: (f"image{i}", layout) for i, (image, layout) in enumerate(images)}
     printer = OpenCLPrinter(program, builtins, named, inner=inner, outputs=outputs, prefix=f"{name}_")
     printer.open(f"__kernel void {name}({parameters([layout for _, layout in images], outputs)})")

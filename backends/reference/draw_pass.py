@@ -32,6 +32,7 @@ from passgraph.backends.reference.stage import (
 )
 from passgraph.formats import Format
 from passgraph.graph.draw_state import Blend, DrawState, Geometry, Stencil
+from passgraph.language.builtin_name import WHOLE_PIXEL, WHOLE_SIZE, BuiltinName
 from passgraph.language.types import component_count, shape_of
 from passgraph.plan.blending import blend_kernel
 from passgraph.plan.data import DrawStep
@@ -169,11 +170,11 @@ class ReferenceDrawPass:
         self.fragment: Stage | None = None
         if source.fragment is not None and step.fragment is not None:
             self.fragment = Stage(source.fragment.program, step.fragment, step.fragment_facts)
-        self.varyings: dict[str, tuple[slice, tuple[int, ...]]] = {}
+        self.varyings: dict[BuiltinName, tuple[slice, tuple[int, ...]]] = {}
         column = 4
         for result in source.vertex.program.results:
             width = component_count(result.type)
-            self.varyings[f"varying.{result.name}"] = slice(column, column + width), shape_of(result.type)
+            self.varyings[BuiltinName("varying", result.name)] = slice(column, column + width), shape_of(result.type)
             column += width
 
     def __call__(
@@ -215,7 +216,7 @@ class ReferenceDrawPass:
         for first in range(0, count, LANES):
             last = min(first + LANES, count)
             lanes = {name: constant(values[first:last].astype(np.float64)) for name, values in attributes.items()}
-            lanes["output_size"] = constant(np.array([self.step.size], np.int64))
+            lanes[WHOLE_SIZE] = constant(np.array([self.step.size], np.int64))
             results, _ = bound.run(last - first, lanes)
             named = zip(bound.program.results, results, strict=True)
             position = next(values for result, values in named if result.name == "position")
@@ -293,9 +294,9 @@ class Covered:
     def builtins(self) -> Builtins:
         fragments = self.fragments
         own = {
-            "pixel": lambda: np.stack([fragments.x, fragments.y], axis=1),
-            "output_size": constant(np.array([[self.width, self.height]], np.int64)),
-            "front_facing": lambda: self.screen.front[fragments.triangle],
+            WHOLE_PIXEL: lambda: np.stack([fragments.x, fragments.y], axis=1),
+            WHOLE_SIZE: constant(np.array([[self.width, self.height]], np.int64)),
+            BuiltinName("front_facing"): lambda: self.screen.front[fragments.triangle],
         }
         return own | on_quads(self._of_triangle)
 
@@ -305,7 +306,7 @@ class Covered:
             neighbors = self.fragments.beside(axes, self.screen)
             return Covered(neighbors, self.screen, self.vertices, self.draw)._of_triangle()
         varyings = {name: self._varying(columns, shape) for name, (columns, shape) in self.draw.varyings.items()}
-        return {"fragment_depth": lambda: self.depth.astype(np.float64), **varyings}
+        return {BuiltinName("fragment_depth"): lambda: self.depth.astype(np.float64), **varyings}
 
     def _varying(self, columns: slice, shape: tuple[int, ...]) -> Callable[[], Numbers]:
         def interpolate() -> Numbers:

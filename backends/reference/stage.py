@@ -15,6 +15,7 @@ from passgraph.backends.reference.interpreter import Interpreter, Lanes, NumberD
 from passgraph.formats import Format
 from passgraph.language import ir
 from passgraph.language.borders import BORDERS, border_place
+from passgraph.language.builtin_name import OTHER_PIXELS, WHOLE_PIXEL, WHOLE_SIZE, BuiltinName
 from passgraph.language.long_arrays import numbers_in
 from passgraph.language.lower import Facts, ImageFacts
 from passgraph.language.scalar import ScalarProgram, UniformSlot
@@ -113,7 +114,7 @@ def blank_image() -> SampledImage:
 LANES = 1 << 16
 
 #: Stage value → function that computes it for all lanes, called only if the kernel reads it.
-Builtins = Mapping[str, Callable[[], Numbers]]
+Builtins = Mapping[BuiltinName, Callable[[], Numbers]]
 
 
 Made = TypeVar("Made")
@@ -124,20 +125,20 @@ def constant(value: NDArray[Any]) -> Callable[[], Numbers]:
     return lambda: value
 
 
-def on_quads(builtins_of: Callable[[str], Mapping[str, Callable[[], Made]]]) -> dict[str, Callable[[], Made]]:
+def on_quads(
+    builtins_of: Callable[[str], Mapping[BuiltinName, Callable[[], Made]]],
+) -> dict[BuiltinName, Callable[[], Made]]:
     """Return the builtins of a draw at every pixel of a quad; ``builtins_of`` returns those at one pixel, by axes.
 
     It is called for another pixel only if a kernel reads there.
     """
     at = cache(builtins_of)
 
-    def value_at(axes: str, name: str) -> Made:
+    def value_at(axes: str, name: BuiltinName) -> Made:
         return at(axes)[name]()
 
     own = at("")
-    at_neighbors = {
-        ir.other_pixel(name, axes): partial(value_at, axes, name) for axes in ir.OTHER_PIXELS for name in own
-    }
+    at_neighbors = {name.at(axes): partial(value_at, axes, name) for axes in OTHER_PIXELS for name in own}
     return {**own, **at_neighbors}
 
 
@@ -233,22 +234,22 @@ class _Lanes(Surroundings[Numbers]):
 
     def __init__(self, bound: BoundStage, builtins: Builtins) -> None:
         self.bound, self.builtins = bound, builtins
-        self._made: dict[str, Numbers] = {}
+        self._made: dict[BuiltinName, Numbers] = {}
 
     def uniform(self, expression: ir.Uniform) -> Numbers:
         return self.bound.uniform(expression)
 
     def builtin(self, expression: ir.Builtin) -> Numbers:
-        return self._builtin(expression.name)
+        return self._builtin(expression.key)
 
-    def _builtin(self, name: str) -> Numbers:
+    def _builtin(self, name: BuiltinName) -> Numbers:
         if name not in self._made:
             self._made[name] = self.builtins[name]()
         return self._made[name]
 
     def texel(self, image: str, x: Numbers, y: Numbers, relative: bool) -> Numbers:
         if relative:
-            pixel = self._builtin("pixel")
+            pixel = self._builtin(WHOLE_PIXEL)
             x, y = x + pixel[:, 0], y + pixel[:, 1]
         return self.bound.image(image).fetch(x, y)
 
@@ -273,6 +274,6 @@ class ReferencePixelPass:
             lanes = np.arange(first, min(first + LANES, width * height))
             pixel = np.stack([lanes % width, lanes // width], axis=1)
             size = np.array([[width, height]], np.int64)
-            results, _ = bound.run(len(lanes), {"pixel": constant(pixel), "output_size": constant(size)})
+            results, _ = bound.run(len(lanes), {WHOLE_PIXEL: constant(pixel), WHOLE_SIZE: constant(size)})
             for output, values in zip(outputs, results, strict=True):
                 output.flat[lanes] = stored(output.format, values.reshape(len(lanes), -1))

@@ -17,6 +17,7 @@ from passgraph.backends.reference.rasterizer import Fragments, ScreenTriangles
 from passgraph.backends.reference.stage import BoundStage, Builtins, Storage
 from passgraph.graph.draw_state import DrawState
 from passgraph.language import ir
+from passgraph.language.builtin_name import BuiltinName
 from passgraph.language.library import LIBRARY
 from passgraph.language.source import Span
 from passgraph.language.types import IVEC2
@@ -332,7 +333,7 @@ class TracedDraw(ReferenceDrawPass):
             Corner(
                 vertex,
                 {
-                    name.removeprefix("varying."): plain(covered.vertices.rows[[vertex], columns].reshape(1, *shape))
+                    name.of: plain(covered.vertices.rows[[vertex], columns].reshape(1, *shape))
                     for name, (columns, shape) in self.varyings.items()
                 },
             )
@@ -342,9 +343,9 @@ class TracedDraw(ReferenceDrawPass):
     def _lines(self, covered: Covered, bound: BoundStage) -> Lines:
         inputs: dict[str, Any] = {}
 
-        def read(name: str, make: Callable[[], Numbers]) -> Numbers:
+        def read(name: BuiltinName, make: Callable[[], Numbers]) -> Numbers:
             value = make()
-            inputs[name] = plain(value)
+            inputs[str(name)] = plain(value)
             return value
 
         builtins = {name: partial(read, name, make) for name, make in covered.builtins().items()}

@@ -15,7 +15,6 @@ from passgraph.backends.webgpu.textures import Texture
 from passgraph.backends.webgpu.wgsl import FIRST_IMAGE, LINEAR, NEAREST, PARAMETERS
 from passgraph.formats import FORMATS
 from passgraph.graph.draw_state import Geometry
-from passgraph.language.ir import own_pixel
 from passgraph.language.scalar import ScalarProgram
 from passgraph.plan.data import DrawStep, PixelStep
 from passgraph.quantise import quantised
@@ -229,7 +228,7 @@ class DrawRun:
 
 
 def _reads_depth(step: DrawStep) -> bool:
-    return step.fragment is not None and any(own_pixel(n)[0] == "fragment_depth" for n, _ in step.fragment.builtins)
+    return step.fragment is not None and any(n.kind == "fragment_depth" for n, _ in step.fragment.builtins)
 
 
 def _clear(value: tuple[float, ...], format_: Any) -> tuple[float, ...]:

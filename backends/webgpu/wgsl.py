@@ -18,6 +18,7 @@ from passgraph.backends.shader_printing import LETTERS, ShaderPrinter, vec4_coun
 from passgraph.backends.webgpu.combined import COMPARISONS, Combined
 from passgraph.language import native
 from passgraph.language import scalar as s
+from passgraph.language.builtin_name import BuiltinName
 
 _LIKE_C = spelled({
     "float": {"abs": "abs({0})", "round": "round({0})", "bits_from_float": "bitcast<i32>({0})",
@@ -120,7 +121,9 @@ class WGSL(ShaderPrinter):
     border_head, helpers = "fn {}(i: i32, size: i32) -> i32", FUNCTIONS
     output_size, front_facing = "pg.size", "pg_front"
 
-    def __init__(self, program: s.ScalarProgram, varyings: tuple[str, ...] = (), steps: tuple[int, ...] = ()) -> None:
+    def __init__(
+        self, program: s.ScalarProgram, varyings: tuple[BuiltinName, ...] = (), steps: tuple[int, ...] = ()
+    ) -> None:
         super().__init__(program, varyings)
         self.steps = steps
         self.combined = Combined(program)

@@ -89,7 +89,7 @@ def computed(
 
     for i in program.body:
         if isinstance(i, s.LoadBuiltin):
-            values[i.to.id] = inputs[i.name]
+            values[i.to.id] = inputs[i.name.kind]
         else:
             assert isinstance(i, s.Op)
             values[i.to.id] = apply(i.operation, *map(value, i.arguments))

@@ -13,6 +13,7 @@ import numpy as np
 
 from passgraph.errors import KernelLengthError
 from passgraph.language import scalar as s
+from passgraph.language.builtin_name import BuiltinName
 from passgraph.language.operations import OPERATIONS
 from passgraph.language.source import NOWHERE, Span, fail
 from passgraph.language.value_ranges import Ranges
@@ -156,7 +157,7 @@ class Emitter:
         self.tables: dict[str, tuple[str, tuple[bool | int | float, ...]]] = {}
         self.table_names: dict[int, str] = {}  # by identity of the values, which the program keeps
         self.held_tables: dict[int, tuple[int | float, ...]] = {}  # uint tables, by identity of their values
-        self.builtins: dict[str, str] = {}
+        self.builtins: dict[BuiltinName, str] = {}
         self.steps = 0
         self.span = NOWHERE  # span of the statement being lowered, for errors
         self.made: dict[int, s.Op | s.Choose] = {}
@@ -321,7 +322,7 @@ class Emitter:
         if_false = self.op("logical_and", self.op("logical_not", condition), orelse)
         return self.op("logical_or", if_true, if_false)
 
-    def builtin(self, name: str, type_: str) -> s.Operand:
+    def builtin(self, name: BuiltinName, type_: str) -> s.Operand:
         """Load a builtin at its first use; inside a branch or loop only for that block."""
         self.builtins[name] = type_
         return self._load(("builtin", name), type_, lambda to: s.LoadBuiltin(to, name))

@@ -26,7 +26,7 @@ def computed(body: Sequence[s.Instruction], inputs: Mapping[str, NDArray[Any]], 
     with np.errstate(all="ignore"):
         for i in body:
             if isinstance(i, s.LoadBuiltin):
-                array: NDArray[Any] = inputs[i.name].astype(_DTYPES[i.to.type])
+                array: NDArray[Any] = inputs[i.name.kind].astype(_DTYPES[i.to.type])
             elif isinstance(i, s.Choose):
                 array = np.where(value(i.condition), value(i.then), value(i.orelse))
             else:

@@ -124,7 +124,7 @@ class Shared:
         tables = {i.table for i in used if isinstance(i, s.LoadTable)}
         builtins = {i.name for i in used if isinstance(i, s.LoadBuiltin)}
         read = {i.image for i in used if isinstance(i, s.LoadTexel)}
-        read |= {b.split(".", 1)[1].rsplit(".", 1)[0] for b in builtins if b.startswith("size.")}
+        read |= {builtin.of for builtin in builtins if builtin.kind == "size"}
         return s.ScalarProgram(
             program.name,
             program.stage,

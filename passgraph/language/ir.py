@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any, TypeAlias, get_args, overload
 from typing import Literal as OneOf
 
+from passgraph.language.builtin_name import BuiltinName
 from passgraph.language.source import NOWHERE, Span
 from passgraph.language.types import Array, Scalar, Type, Value, image_names
 from passgraph.ranges import Range
@@ -19,10 +20,6 @@ from passgraph.ranges import Range
 Number: TypeAlias = bool | int | float
 #: Suffix of an image's name for the picture of its smaller levels, see :mod:`passgraph.plan.mipmaps`.
 MIPS = ".mips"
-#: Builtins of a fragment that depend on its triangle; at other pixels they are extrapolated on the triangle's plane.
-OF_TRIANGLE = ("varying", "fragment_depth")
-#: Offsets of the other pixels of a quad: horizontal, vertical, diagonal.
-OTHER_PIXELS = ("x", "y", "xy")
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,14 +54,17 @@ class Uniform:
 
 @dataclass(frozen=True, slots=True)
 class Builtin:
-    """A stage input: ``pixel``, ``output_size``, ``vertex.position``, ``varying.normal`` …
-
-    ``varying@x.normal`` is that of the neighboring pixel in the fragment's quad, see :func:`other_pixel`.
-    """
+    """A stage input: ``pixel``, ``output_size``, the ``normal`` of ``vertex`` or ``varying`` …; see `BuiltinName`."""
 
     type: Value
     name: str
     span: Span = field(default=NOWHERE, compare=False, repr=False)
+    of: str = ""
+    axes: str = ""
+
+    @property
+    def key(self) -> BuiltinName:
+        return BuiltinName(self.name, self.of, axes=self.axes)
 
 
 @dataclass(frozen=True, slots=True)
@@ -333,32 +333,6 @@ class TypedKernel:
     def pictures(self) -> tuple[str, ...]:
         """Return its images, and the names of their smaller levels."""
         return (*self.images, *(name + MIPS for name in self.images))
-
-
-def of_triangle(name: str) -> bool:
-    """Return True if a builtin is one of :data:`OF_TRIANGLE`."""
-    return name.partition(".")[0] in OF_TRIANGLE
-
-
-def other_pixel(name: str, axes: str) -> str:
-    """Return the name of a builtin of :data:`OF_TRIANGLE` at the quad's pixel at this offset.
-
-    >>> other_pixel("varying.normal", "x"), other_pixel("fragment_depth", "xy")
-    ('varying@x.normal', 'fragment_depth@xy')
-    """
-    head, dot, rest = name.partition(".")
-    return f"{head}@{axes}{dot}{rest}" if axes else name
-
-
-def own_pixel(name: str) -> tuple[str, str]:
-    """Return the name of a builtin at the fragment's own pixel, and the axes of the pixel that it belongs to.
-
-    >>> own_pixel("varying@x.normal.2"), own_pixel("pixel.0")
-    (('varying.normal.2', 'x'), ('pixel.0', ''))
-    """
-    head, dot, rest = name.partition(".")
-    head, _, axes = head.partition("@")
-    return head + dot + rest, axes
 
 
 def expressions(*roots: Stmt | Expr) -> Iterator[Expr]:

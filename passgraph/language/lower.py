@@ -13,6 +13,7 @@ from passgraph.errors import KernelError, KernelLengthError
 from passgraph.formats import Store
 from passgraph.language import ir, lower_arrays
 from passgraph.language import scalar as s
+from passgraph.language.builtin_name import BuiltinName, size_names
 from passgraph.language.emitter import Emitter, eliminate_dead
 from passgraph.language.evaluate import computed
 from passgraph.language.expand import EXPANSIONS, Steps, whole_power
@@ -424,9 +425,8 @@ class Lowering:
         known_size = self._facts(expression.image).size
         if known_size is not None:
             return [s.Lit("int", count) for count in known_size]
-        names = [f"size.{self.prefix}{expression.image}.{i}" for i in (0, 1)]
         self._use(expression.image)
-        return [self.emitter.builtin(name, "int") for name in names]
+        return [self.emitter.builtin(name, "int") for name in size_names(self.prefix + expression.image)]
 
     def _property(self, expression: ir.Property) -> list[s.Operand]:
         value = self._facts(expression.image).property(expression.name)
@@ -437,8 +437,8 @@ class Lowering:
         if expression.name == "output_size" and self.facts.size is not None:
             return [s.Lit("int", count) for count in self.facts.size]
         if isinstance(type_, Scalar):
-            return [self.emitter.builtin(expression.name, type_.name)]
-        names = [f"{expression.name}.{i}" for i in range(component_count(type_))]
+            return [self.emitter.builtin(expression.key, type_.name)]
+        names = [expression.key.part(i) for i in range(component_count(type_))]
         values = [self.emitter.builtin(name, element_of(type_).name) for name in names]
         if expression.name == "pixel" and self.facts.size is not None:
             for value, count in zip(values, self.facts.size, strict=True):
@@ -560,7 +560,7 @@ def _prelude_program(name: str) -> ir.TypedKernel:
 def _decoded_steps(function: str) -> tuple[float, ...]:
     """Return the results of a prelude function for the 256 steps of a channel, bit for bit."""
     shared = Shared(Emitter())
-    result = _inlined(_prelude_program(function), [shared.emitter.builtin("step", "float")], shared)
+    result = _inlined(_prelude_program(function), [shared.emitter.builtin(BuiltinName("step"), "float")], shared)
     steps = np.arange(256, dtype=np.float32) / np.float32(255)
     return tuple(computed(shared.emitter.blocks[0], {"step": steps}, result).tolist())
 

@@ -12,6 +12,7 @@ from typing import Any
 
 from passgraph import disk_cache
 from passgraph.language import ir, scalar, types
+from passgraph.language.builtin_name import BuiltinName
 from passgraph.language.facts import Facts, ImageFacts, inner_first
 from passgraph.language.lower import lower
 from passgraph.language.scope import freeze
@@ -139,7 +140,7 @@ def single(name: str) -> object:
 _FIELDS: dict[type[Any], tuple[str, ...]] = {
     cls: tuple(field.name for field in fields(cls) if field.init)
     for cls in (
-        scalar.Lit, scalar.Val,
+        scalar.Lit, scalar.Val, BuiltinName,
         scalar.Op, scalar.Choose, scalar.LoadUniform, scalar.LoadTable, scalar.LoadBuiltin, scalar.LoadTexel,
         scalar.Read, scalar.Write, scalar.ReadAt, scalar.WriteAt,
         scalar.If, scalar.For, scalar.Break, scalar.Continue,

@@ -81,20 +81,20 @@ def _parse(function: FunctionSource, stage: ir.Stage, builder: Builder) -> ir.Ty
 
 def _parameter_part(parameter: ir.Parameter, stage: ir.Stage) -> Part:
     if parameter.type == VERTEX and stage == "vertex":
-        fields = {n: ir.Builtin(t, f"vertex.{n}", parameter.span) for n, t in VERTEX.fields}  # type: ignore[arg-type]
+        fields = {n: ir.Builtin(t, "vertex", parameter.span, n) for n, t in VERTEX.fields}  # type: ignore[arg-type]
         return StructValue(VERTEX, dict(fields))
     if stage == "fragment" and isinstance(parameter.type, Struct):
-        return _varyings(parameter.type, "varying", parameter.span)
+        return _varyings(parameter.type, parameter.span)
     if stage in ("blend", "border"):
         assert isinstance(parameter.type, (Scalar, Vector))  # library text
         return ir.Builtin(parameter.type, parameter.name, parameter.span)
     return parameter_value(parameter.type, parameter.name, parameter.const, parameter.span)
 
 
-def _varyings(struct: Struct, prefix: str, span: Span) -> StructValue:
+def _varyings(struct: Struct, span: Span) -> StructValue:
     fields: dict[str, Part] = {}
     for name, type_ in struct.fields:
-        fields[name] = ir.Builtin(type_, f"{prefix}.{name}", span)  # type: ignore[arg-type]
+        fields[name] = ir.Builtin(type_, "varying", span, name)  # type: ignore[arg-type]
     return StructValue(struct, fields)
 
 

@@ -417,8 +417,8 @@ class _Quads:
         axes = [axis for axis, bit in AXES.items() if pixel & bit]
         if isinstance(expression, ir.Builtin) and expression.name == "pixel" and axes:
             return self._pixel(axes)
-        if isinstance(expression, ir.Builtin) and ir.of_triangle(expression.name):
-            return replace(expression, name=ir.other_pixel(expression.name, "".join(axes)))
+        if isinstance(expression, ir.Builtin) and expression.key.is_of_triangle:
+            return replace(expression, axes="".join(axes))
         if isinstance(expression, ir.Texel) and expression.relative:
             span = expression.span
             x, y = (

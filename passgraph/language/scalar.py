@@ -13,13 +13,14 @@ from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
 from passgraph.cached import cached_property
+from passgraph.language.builtin_name import BuiltinName, size_names
 from passgraph.language.meanings import int_of_bits
 from passgraph.language.source import NOWHERE, Span
 from passgraph.language.types import UINT, Type, element_of, held_as
 from passgraph.ranges import Range
 
 #: Part of every key: raise it when the meaning of a program or of an emitter changes.
-FORMAT_VERSION = 2
+FORMAT_VERSION = 3
 
 
 #: Types of values in lowered programs besides bool, int and float: ints of addresses, whose arithmetic never overflows,
@@ -98,10 +99,10 @@ class LoadTable:
 
 @dataclass(frozen=True, slots=True)
 class LoadBuiltin:
-    """Loads ``pixel.0``, ``output_size.1``, ``size.IMAGE.0``, ``vertex.normal.2``, ``varying.uv.0`` …"""
+    """Loads a component of a builtin: ``pixel``, ``output_size``, ``size`` of an image, ``normal`` of the vertex …"""
 
     to: Val
-    name: str
+    name: BuiltinName
 
 
 @dataclass(frozen=True, slots=True)
@@ -331,7 +332,7 @@ class ScalarProgram:
     uniforms: tuple[UniformSlot, ...]
     tables: tuple[tuple[str, str, tuple[bool | int | float, ...]], ...]  # name, scalar type, values
     images: tuple[ImageUse, ...]
-    builtins: tuple[tuple[str, str], ...]  # name, scalar type
+    builtins: tuple[tuple[BuiltinName, str], ...]  # name, scalar type
     sources: tuple[Span, ...] = field(default=(), compare=False, repr=False)
     arrays: tuple[tuple[str, str, int], ...] = ()  # name, scalar type, length
     #: Images that store long array parameters (:mod:`.long_arrays`): name, Array of passgraph.language.types.
@@ -356,13 +357,13 @@ class ScalarProgram:
     @property
     def attributes(self) -> tuple[str, ...]:
         """Return the mesh attributes that a vertex program reads, by name, sorted."""
-        return tuple(sorted({name.split(".")[1] for name, _ in self.builtins if name.startswith("vertex.")}))
+        return tuple(sorted({name.of for name, _ in self.builtins if name.kind == "vertex"}))
 
     def image(self, name: str) -> ImageUse:
         return next(use for use in self.images if use.name == name)
 
     def reads_size(self, image: str) -> bool:
-        return any(name.startswith(f"size.{image}.") for name, _ in self.builtins)
+        return any(name.kind == "size" and name.of == image for name, _ in self.builtins)
 
 
 def walk(body: Iterable[Instruction]) -> Iterator[Instruction]:
@@ -475,7 +476,9 @@ def nameless(program: ScalarProgram) -> ScalarProgram:
     Names of images in kernels do not affect the computation.
     """
     names = {use.name: f"image{number}" for number, use in enumerate(program.images)}
-    sizes = {f"size.{name}.{axis}": f"size.{new}.{axis}" for name, new in names.items() for axis in (0, 1)}
+    sizes = {
+        old: now for name, new in names.items() for old, now in zip(size_names(name), size_names(new), strict=True)
+    }
 
     def renamed(i: Instruction) -> tuple[Instruction]:
         if isinstance(i, LoadTexel):

@@ -16,6 +16,7 @@ from passgraph.formats import Format
 from passgraph.graph.draw_state import DrawState
 from passgraph.graph.run_values import Value, sources_of
 from passgraph.graph.targets import DrawPass, InputSpec, PixelPass
+from passgraph.language.builtin_name import BuiltinName
 from passgraph.language.native import MATH, Math
 from passgraph.language.types import Array
 
@@ -147,7 +148,7 @@ class DrawStep:
     name: str
     vertex: ScalarProgram
     fragment: ScalarProgram | None
-    varyings: tuple[str, ...]  # such as "normal.0": fragment builtins "varying.normal.0" in this order
+    varyings: tuple[BuiltinName, ...]  # of the fragment's own pixel
     images: tuple[tuple[str, int], ...]  # of the vertex program, then of the fragment program, each in its order
     image_formats: tuple[Format, ...]
     outputs: tuple[int, ...]

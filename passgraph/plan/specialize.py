@@ -9,8 +9,9 @@ from typing import cast
 from passgraph.errors import GraphError
 from passgraph.graph.targets import DrawPass, Pass, PixelPass, Target
 from passgraph.language.border_rules import BORDERS
+from passgraph.language.builtin_name import BuiltinName
 from passgraph.language.emitter import eliminate_dead
-from passgraph.language.ir import MIPS, own_pixel
+from passgraph.language.ir import MIPS
 from passgraph.language.kernel import Kernel
 from passgraph.language.lower import Facts, ImageFacts
 from passgraph.language.lower_cache import lower_once
@@ -128,22 +129,16 @@ def _specialize_draw(
     lowered.vertex = link(vertex, lowered.varyings)
 
 
-def varyings_of(fragment: ScalarProgram | None) -> tuple[str, ...]:
-    """Return the scalars that the fragment kernel really reads, such as ``normal.0``."""
-    if fragment is None:
-        return ()
-    read = [own_pixel(name)[0] for name, _ in fragment.builtins]
-    return tuple(dict.fromkeys(name.removeprefix("varying.") for name in read if name.startswith("varying.")))
+def varyings_of(fragment: ScalarProgram | None) -> tuple[BuiltinName, ...]:
+    """Return the scalars that the fragment kernel really reads, at any pixel of the quad."""
+    builtins = () if fragment is None else fragment.builtins
+    return tuple(dict.fromkeys(name.at("") for name, _ in builtins if name.kind == "varying"))
 
 
-def link(vertex: ScalarProgram, varyings: tuple[str, ...]) -> ScalarProgram:
+def link(vertex: ScalarProgram, varyings: tuple[BuiltinName, ...]) -> ScalarProgram:
     """Return the vertex program reduced to two outputs, position and the wanted varyings."""
     outputs = {output.name: output.values for output in vertex.outputs}
-    linked = []
-    for name in varyings:
-        field, _, component = name.partition(".")
-        linked.append(outputs[field][int(component or 0)])
-    place, scalars = outputs["position"], tuple(linked)
+    place, scalars = outputs["position"], tuple(outputs[name.of][name.component or 0] for name in varyings)
     linked_outputs = (Output("position", place, place), Output("varyings", scalars, scalars))
     roots = [value for output in linked_outputs for value in output.values]
     body = eliminate_dead(list(vertex.body), roots)

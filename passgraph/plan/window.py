@@ -16,6 +16,7 @@ from passgraph.graph.run_values import Value
 from passgraph.graph.targets import Blocks
 from passgraph.language import scalar as s
 from passgraph.language.borders import border_place
+from passgraph.language.builtin_name import OUTPUT_SIZE, PIXEL, size_names
 from passgraph.language.types import IVEC4
 from passgraph.plan.data import PixelStep, Plan, Resource, Step
 
@@ -268,8 +269,9 @@ def _step(step: Step, plan: Plan, inside: Collection[int], size: tuple[int, int]
 
 def placed(program: s.ScalarProgram, inside: Iterable[str]) -> s.ScalarProgram:
     """Return the program of a window; ``inside`` are the images that are windowed too."""
-    sizes = {"output_size": 2, **{f"size.{name}": 2 for name in inside}}
-    entries = {f"{name}.{axis}": first + axis for name, first in {"pixel": 0, **sizes}.items() for axis in (0, 1)}
+    sizes = [OUTPUT_SIZE, *map(size_names, inside)]
+    entries = {name: axis for axis, name in enumerate(PIXEL)}
+    entries |= {name: 2 + axis for size in sizes for axis, name in enumerate(size)}
     if not any(name in entries for name, _ in program.builtins):
         return program
     slot = s.UniformSlot(WINDOW.name, IVEC4, "int", program.int_count, 4)
@@ -282,11 +284,11 @@ def placed(program: s.ScalarProgram, inside: Iterable[str]) -> s.ScalarProgram:
         if not isinstance(i, s.LoadBuiltin) or i.name not in entries:
             return [i]
         entry = s.Lit("int", slot.offset + entries[i.name])
-        if not i.name.startswith("pixel."):
+        if i.name not in PIXEL:
             return [s.LoadUniform(i.to, "int", entry)]
         here, origin = next(fresh), next(fresh)
         added = s.Op(i.to, "add", "int", (here, origin))
         return [s.LoadBuiltin(here, i.name), s.LoadUniform(origin, "int", entry), added]
 
-    builtins = tuple((name, type_) for name, type_ in program.builtins if name.rpartition(".")[0] not in sizes)
+    builtins = tuple((name, type_) for name, type_ in program.builtins if name in PIXEL or name not in entries)
     return replace(program, body=s.rewritten(program.body, read), uniforms=(*program.uniforms, slot), builtins=builtins)

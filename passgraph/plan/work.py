@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from passgraph.formats import Format, float_format
 from passgraph.graph.targets import InputSpec, Pass, Target, TargetSpec
+from passgraph.language.builtin_name import BuiltinName
 from passgraph.language.long_arrays import layout_of
 from passgraph.language.lower import Facts
 from passgraph.language.lower_cache import Programs
@@ -27,7 +28,7 @@ class Lowered:
     vertex: ScalarProgram | None = None  # draws
     vertex_facts: Facts = field(default_factory=Facts)
     fragment: ScalarProgram | None = None
-    varyings: tuple[str, ...] = ()
+    varyings: tuple[BuiltinName, ...] = ()
     #: Image name in the program → its target; after culling only images that are really read.
     images: dict[str, Target] = field(default_factory=dict)
     values: dict[str, object] = field(default_factory=dict)

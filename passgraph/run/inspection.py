@@ -16,6 +16,7 @@ from passgraph.backends.reference.stage import BoundStage, Stage, Storage, const
 from passgraph.backends.reference.traced import Branch, Drawn, Event, Fragment, Loop, Taken, TracedDraw, plain, traced
 from passgraph.errors import GraphError, InputError
 from passgraph.graph.draw_state import Geometry
+from passgraph.language.builtin_name import WHOLE_PIXEL, WHOLE_SIZE
 from passgraph.plan.build import build
 from passgraph.plan.data import DrawStep, Options, PixelStep, Plan, Step
 from passgraph.run.execution import Execution
@@ -294,7 +295,7 @@ class _InspectingBackend(ReferenceBackend):
         program = step.source.kernel.program
         stage = Stage(program, step.program, step.facts)
         bound = stage.bind(block, [name for name, _ in step.images], images)
-        here = {"pixel": constant(np.array([[x, y]])), "output_size": constant(np.array([step.size], np.int64))}
+        here = {WHOLE_PIXEL: constant(np.array([[x, y]])), WHOLE_SIZE: constant(np.array([step.size], np.int64))}
         lane, results = traced(bound, here)
         holds = dict(zip(self._names(step), map(_as_stored, outputs, results), strict=True))
         self._store(step, program, bound, lane.events, map(plain, results), holds)

@@ -100,7 +100,7 @@ class Evaluator:
         elif isinstance(i, s.LoadTable):
             self.put(i.to, self.tables[i.table][self.get(i.index)])
         elif isinstance(i, s.LoadBuiltin):
-            self.put(i.to, self.blocks[i.name])
+            self.put(i.to, self.blocks[str(i.name)])
         elif isinstance(i, s.LoadTexel):
             assert self.fetch is not None
             texel = self.fetch(i.image, self.get(i.x), self.get(i.y))

@@ -12,6 +12,7 @@ from passgraph.formats import FORMATS
 from passgraph.graph.calls import kernel
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS, border_place
+from passgraph.language.builtin_name import WHOLE_PIXEL
 from passgraph.language.facts import Facts, ImageFacts
 from passgraph.language.lower import lower
 from passgraph.language.lowering import lowered
@@ -162,7 +163,10 @@ ONE = s.Lit("int", 1)
         ("got mul on bool, expected", _op(on="bool")),
         ("reads an image: got d", _texel(lambda i: (replace(i, image="d"),))),
         ("reads channels: got 3, expected at most 2", _texel(lambda i: (replace(i, to=(*i.to, s.Val("float", 900))),))),
-        ("reads a builtin: got pixel.7", _texel(lambda i: (s.LoadBuiltin(s.Val("int", 901), "pixel.7"), i))),
+        (
+            "reads a builtin: got pixel.7",
+            _texel(lambda i: (s.LoadBuiltin(s.Val("int", 901), WHOLE_PIXEL.part(7)), i)),
+        ),
         ("outside of every loop", _texel(lambda i: (i, s.Break()))),
         ("uses: got m99", lambda i: isinstance(i, s.Write) and (replace(i, variable="m99"),)),
     ],

@@ -20,6 +20,7 @@ from passgraph.backends.base import Block, quantised
 from passgraph.backends.reference import ReferenceBackend
 from passgraph.backends.reference.stage import ReferencePixelPass, SampledImage, Storage
 from passgraph.language import scalar as s
+from passgraph.language.builtin_name import PIXEL
 from passgraph.language.lower import ImageFacts
 from passgraph.plan.data import PixelStep
 
@@ -168,5 +169,5 @@ def _absolute(program: s.ScalarProgram) -> s.ScalarProgram:
                 made.append(i)
         return tuple(made)
 
-    loads = tuple(s.LoadBuiltin(pixel[k], f"pixel.{k}") for k in (0, 1))
+    loads = tuple(s.LoadBuiltin(pixel[k], PIXEL[k]) for k in (0, 1))
     return replace(program, body=(*loads, *body(program.body)))

@@ -140,7 +140,7 @@ class Run:
                 case s.LoadTable():
                     self.values[i.to.id] = self.tables[i.table][self.get(i.index)]
                 case s.LoadBuiltin():
-                    self.values[i.to.id] = np.atleast_1d(self.builtins[i.name]).astype(TYPES[i.to.type])
+                    self.values[i.to.id] = np.atleast_1d(self.builtins[str(i.name)]).astype(TYPES[i.to.type])
                 case s.LoadTexel():
                     self.texel(i)
                 case s.Read():
@@ -232,10 +232,10 @@ def draw(
             x, y, front, quads = (np.concatenate(column) for column in zip(*parts, strict=True))
             z = quads[:, 0, 0]
             builtins = stage | {"pixel.0": x, "pixel.1": y, "front_facing": front}
-            for k, beside in enumerate(QUAD):
-                builtins[f"fragment_depth{beside}"] = quads[:, k, 0]
+            for k, axes in enumerate(QUAD):
+                builtins[f"fragment_depth@{axes}" if axes else "fragment_depth"] = quads[:, k, 0]
                 varyings = zip(step.varyings, quads[:, k, 1:].T, strict=True)
-                builtins |= {f"varying{beside}.{name}": column for name, column in varyings}
+                builtins |= {str(name.at(axes)): column for name, column in varyings}
             made = step.fragment and Run(step.fragment, len(x), fragment, builtins, named)
             keep, colours = (made.keep, made.outputs) if made else (np.ones(len(x), np.bool_), [])
             merge(step, keep, y * step.size[0] + x, z, colours, outputs, depth)
@@ -243,7 +243,7 @@ def draw(
 
 EMPTY = base.Block(np.zeros(0, np.float32), np.zeros(0, np.int32))
 #: What the names of values have at the pixels of a quad, from a fragment's own.
-QUAD = ("", "@x", "@y", "@xy")
+QUAD = ("", "x", "y", "xy")
 
 
 def merge(

@@ -96,7 +96,7 @@ def test_nor_is_what_only_they_need() -> None:
     """The pass behind a picture that only they read, and what corners hand over for them."""
     plan = planned("color")
     assert not plan.inputs and not any(step.images for step in draws(plan))
-    assert [step.varyings for step in draws(plan)] == [("place.0", "place.1")] * 2
+    assert [tuple(map(str, step.varyings)) for step in draws(plan)] == [("varying.place.0", "varying.place.1")] * 2
     why = ": nothing that reaches an output reads it"
     told = [f"left out seen, height of pass {name}{why}" for name in ("color+seen+height", "over")]
     assert set(plan.notes) >= {*told, f"left out pass doubled{why}"}

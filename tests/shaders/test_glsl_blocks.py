@@ -16,6 +16,7 @@ from passgraph.glsl import parse
 from passgraph.graph.calls import PixelKernel
 from passgraph.language import ir
 from passgraph.language import scalar as s
+from passgraph.language.builtin_name import PIXEL
 from passgraph.language.emitter import Emitter
 from passgraph.language.lower import lower
 from passgraph.language.types import FLOAT, INT, Array
@@ -125,7 +126,7 @@ def test_a_program_that_reads_a_parameter_as_another_type_is_refused(length: int
 def test_each_index_into_memory_is_known_to_lie_inside() -> None:
     e = Emitter()
     slot = s.UniformSlot("c", Array(FLOAT, 4), "float", 3, 4)
-    unknown = e.builtin("pixel.0", "int")
+    unknown = e.builtin(PIXEL[0], "int")
     low, high = s.Lit("int", 3), s.Lit("int", 6)
     e.uniform(slot, e.op("min", e.op("max", unknown, low), high))
     for index in (unknown, e.op("max", unknown, low), e.op("min", unknown, high), s.Lit("int", 2), s.Lit("int", 7)):

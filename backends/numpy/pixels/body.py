@@ -15,6 +15,7 @@ from passgraph.backends.numpy.vector.lane_body import LaneBody
 from passgraph.backends.numpy.vector.lanes import BOOL, I32, I64, Lanes
 from passgraph.backends.numpy.vector.texels import decoded, element, neighbours, woven
 from passgraph.language import scalar as s
+from passgraph.language.builtin_name import OUTPUT_SIZE, PIXEL, BuiltinName, size_names
 
 POINTER = llvm.PointerType()
 #: Parameters: a frame, the number of the (first) row, and the first and last number in the row.
@@ -134,15 +135,15 @@ class PixelBody(LaneBody):
     def __init__(self, place: Stretch, y: Any, row: int, at: Any) -> None:
         b, stage, entries = place.b, place.stage, place.entries
         self.place, self.row, self.at = place, row, at
-        names = {f"output_size.{axis}": name for axis, name in enumerate(("width", "height"))}
+        names = dict(zip(OUTPUT_SIZE, ("width", "height"), strict=True))
         for image, use in enumerate(stage.program.images):
-            names |= {f"size.{use.name}.{axis}": f"im{image}_{'wh'[axis]}" for axis in range(2)}
-            names[f"pitch.{use.name}"] = f"im{image}_p"
+            for name, entry in zip((*size_names(use.name), BuiltinName("pitch", use.name)), "whp", strict=True):
+                names[name] = f"im{image}_{entry}"
         read = {name for name, _ in place.program.builtins}
         given = {name: entries[entry] for name, entry in names.items() if name in read}
-        if read & {"pixel.0", "pixel.1"}:
-            given["pixel.0"] = b.add(b.trunc(at, I32), b.counting(I32))
-            given["pixel.1"] = b.add(b.trunc(y, I32), llvm.Constant(I32, row))
+        if read.intersection(PIXEL):
+            given[PIXEL[0]] = b.add(b.trunc(at, I32), b.counting(I32))
+            given[PIXEL[1]] = b.add(b.trunc(y, I32), llvm.Constant(I32, row))
         super().__init__(place.program, b, given, entries, b.spread(llvm.Constant(BOOL, 1)), stage.images)
 
     def stored(self) -> list[Any]:

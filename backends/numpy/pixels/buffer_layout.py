@@ -16,6 +16,7 @@ from passgraph.cached import cached_property
 from passgraph.formats import Format
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS
+from passgraph.language.builtin_name import BuiltinName
 from passgraph.language.scalar import nameless
 from passgraph.plan.window import Halo
 
@@ -383,7 +384,7 @@ class _Step:
     """The parts of a step that a layout depends on, without the graph behind them."""
 
     key: str
-    builtins: tuple[tuple[str, str], ...]
+    builtins: tuple[tuple[BuiltinName, str], ...]
     size: tuple[int, int]
     image_formats: tuple[Format, ...]
     output_formats: tuple[Format, ...]

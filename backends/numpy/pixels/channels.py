@@ -12,10 +12,9 @@ from typing import TypeAlias
 
 from passgraph.formats import Format
 from passgraph.language import scalar as s
+from passgraph.language.builtin_name import PIXEL
 from passgraph.language.emitter import COMMUTATIVE, eliminate_dead
 
-#: Builtins that do not depend on the channel's loop index.
-_SHARED_BUILTINS = ("output_size.", "size.", "pixel.1")
 #: Programs with these instructions are computed pixel by pixel.
 _STRUCTURED = (s.If, s.For, s.Read, s.Write, s.ReadAt, s.WriteAt, s.Break, s.Continue)
 Numbering: TypeAlias = dict[tuple[object, ...], int]
@@ -37,7 +36,7 @@ def single_channel(program: s.ScalarProgram, channels: tuple[int, ...]) -> s.Sca
     if any(isinstance(instruction, _STRUCTURED) for instruction in program.body):
         return None
     builtins = (instruction.name for instruction in program.body if isinstance(instruction, s.LoadBuiltin))
-    if not all(name.startswith(_SHARED_BUILTINS) for name in builtins):
+    if PIXEL[0] in builtins:  # it depends on the channel's loop index
         return None
     numbering: Numbering = {}
     output = program.outputs[0]
@@ -98,7 +97,7 @@ def _ordered(i: s.Instruction, parts: list[int | None]) -> list[int | None]:
     return sorted(parts, key=lambda part: part or 0) if isinstance(i, s.Op) and i.operation in COMMUTATIVE else parts
 
 
-def _detail(i: s.Instruction) -> tuple[str, ...]:
+def _detail(i: s.Instruction) -> tuple[object, ...]:
     """Return what distinguishes instructions of one kind besides their operands."""
     if isinstance(i, s.Op):
         return i.operation, i.on

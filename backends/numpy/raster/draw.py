@@ -85,10 +85,9 @@ def _text(step: DrawStep, name: str) -> str:
         program = for_lanes(step.vertex)
         builtins = image_sizes(program, memory)
         for builtin in (name for name, _ in program.builtins if name not in builtins):
-            attribute, _, component = builtin.removeprefix("vertex.").partition(".")
-            first = b.mul(vertex, llvm.Constant(I64, ATTRIBUTES[attribute][1]))
-            index = b.add(first, llvm.Constant(I64, int(component or 0)))
-            builtins[builtin] = b.load_at(memory[attribute], index, F32, mask)
+            first = b.mul(vertex, llvm.Constant(I64, ATTRIBUTES[builtin.of][1]))
+            index = b.add(first, llvm.Constant(I64, builtin.component or 0))
+            builtins[builtin] = b.load_at(memory[builtin.of], index, F32, mask)
         results = LaneBody(program, b, builtins, memory, mask, _image_formats(step)).results()
         for part, value in enumerate(results[:4]):
             index = b.add(b.mul(vertex, llvm.Constant(I64, 4)), llvm.Constant(I64, part))

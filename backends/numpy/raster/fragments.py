@@ -16,6 +16,7 @@ from passgraph.backends.numpy.vector.lanes import BOOL, F32, I8, I32, I64, Lanes
 from passgraph.backends.numpy.vector.texels import element, rounded, store
 from passgraph.formats import Format
 from passgraph.graph.draw_state import Stencil
+from passgraph.language.builtin_name import OUTPUT_SIZE, PIXEL, BuiltinName, size_names
 from passgraph.language.scalar import ScalarProgram
 from passgraph.plan.data import DrawStep
 
@@ -58,11 +59,13 @@ def found_in(b: Lanes, context: Any, names: Sequence[str]) -> dict[str, Any]:
     return values
 
 
-def image_sizes(program: ScalarProgram | None, memory: Mapping[str, Any]) -> dict[str, Any]:
+def image_sizes(program: ScalarProgram | None, memory: Mapping[str, Any]) -> dict[BuiltinName, Any]:
     """Return the builtins with the sizes of images, and the lengths of their rows."""
-    images = list(enumerate(() if program is None else program.images))
-    sizes = {f"size.{use.name}.{axis}": memory[f"im{number}_{'wh'[axis]}"] for number, use in images for axis in (0, 1)}
-    return sizes | {f"pitch.{use.name}": memory[f"im{number}_p"] for number, use in images}
+    found = {}
+    for number, use in enumerate(() if program is None else program.images):
+        for name, entry in zip((*size_names(use.name), BuiltinName("pitch", use.name)), "whp", strict=True):
+            found[name] = memory[f"im{number}_{entry}"]
+    return found
 
 
 def _image_formats(step: DrawStep) -> tuple[Format, ...]:
@@ -89,13 +92,13 @@ class Fragments:
         """Return the context's entries: pointers, or sizes as int32."""
         return found_in(self.builder, context, context_names(self.step))
 
-    def places(self, x: Any, y: Any) -> dict[str, Any]:
+    def places(self, x: Any, y: Any) -> dict[BuiltinName, Any]:
         """Return the builtins that depend on the position only."""
-        place = {"pixel.0": x, "pixel.1": y}
-        size = {"output_size.0": self.memory["width"], "output_size.1": self.memory["height"]}
-        return {**place, **size, **image_sizes(self.program, self.memory)}
+        size = self.memory["width"], self.memory["height"]
+        place = dict(zip((*PIXEL, *OUTPUT_SIZE), (x, y, *size), strict=True))
+        return place | image_sizes(self.program, self.memory)
 
-    def run(self, builtins: dict[str, Any], mask: Any) -> tuple[list[Any], Any]:
+    def run(self, builtins: dict[BuiltinName, Any], mask: Any) -> tuple[list[Any], Any]:
         """Run the kernel in the mask's lanes: return the components of all outputs, and the mask of lanes that it
         keeps."""
         b, program = self.builder, self.program
@@ -195,7 +198,7 @@ class _Shade(Fragments):
             if parts:
                 self.stored(number, column, row, parts, mask)
 
-    def _builtins(self, slots: Any, one: Any, x: Any, y: Any) -> dict[str, Any]:
+    def _builtins(self, slots: Any, one: Any, x: Any, y: Any) -> dict[BuiltinName, Any]:
         """Evaluate the triangles' planes at the pixels: the builtins of the kernel."""
         b, names = self.builder, self.interpolated
         if not names:
@@ -222,6 +225,7 @@ class _Shade(Fragments):
 _SIGNS = {"less": "<", "equal": "==", "less_equal": "<=", "greater": ">", "not_equal": "!=", "greater_equal": ">="}
 _FULL = llvm.Constant(I32, 255)
 _ONE, _NONE = llvm.Constant(I32, 1), llvm.Constant(I32, 0)
+_DEPTH = BuiltinName("fragment_depth")
 #: New stencil value, by the operation's name; ``r`` is the reference.
 _STENCIL: dict[str, Callable[[Lanes, Any, Any], Any]] = {
     "keep": lambda b, stored, r: stored,
@@ -313,7 +317,7 @@ class _Merge(Fragments):
             self.columns = x
             self._fragments(covered)
 
-    def _planes(self, names: list[str]) -> None:
+    def _planes(self, names: list[BuiltinName]) -> None:
         """Define the builtins that depend on the triangle."""
         new = [name for name in names if name not in self.given]
         planes = interpolated(self.builder, self.step, self.triangle, _NONE, self.columns, self.y, new)
@@ -346,8 +350,8 @@ class _Merge(Fragments):
             if not results:
                 results, passed = self._kernel(passed)
             if step.depth is not None and step.state.depth_write:
-                self._planes(["fragment_depth"])
-                self.blocks.store(self._at("depth", 1, F32), [self.given["fragment_depth"]], [passed], FLOAT)
+                self._planes([_DEPTH])
+                self.blocks.store(self._at("depth", 1, F32), [self.given[_DEPTH]], [passed], FLOAT)
             self._colours(results, passed)
 
     def _depth_test(self, mask: Any) -> Any:
@@ -357,10 +361,10 @@ class _Merge(Fragments):
             return mask
         if compare == "never":
             return b.spread(llvm.Constant(BOOL, 0))
-        self._planes(["fragment_depth"])
+        self._planes([_DEPTH])
         (stored,) = self.blocks.load(self._at("depth", 1, F32), 1, FLOAT)
         method = b.fcmp_unordered if compare == "not_equal" else b.fcmp_ordered
-        return b.and_(mask, method(_SIGNS[compare], self.given["fragment_depth"], stored))
+        return b.and_(mask, method(_SIGNS[compare], self.given[_DEPTH], stored))
 
     def _stencil_test(self, stencil: Stencil, mask: Any, deep: Any) -> Any:
         """Update the stencil in the mask's lanes (``deep`` pass the depth test); return the lanes that pass both
@@ -399,9 +403,9 @@ class _Merge(Fragments):
             places = self._at(f"out{number}", count, element(format_))
             blend = step.blending[number]
             if blend is not None:
-                parts_of_blend = {f"source.{c}": part for c, part in enumerate(parts)}
-                parts_of_blend |= {
-                    f"destination.{c}": part for c, part in enumerate(self.blocks.load(places, count, format_))
+                sides = {"source": parts, "destination": self.blocks.load(places, count, format_)}
+                parts_of_blend = {
+                    BuiltinName(kind, component=c): part for kind, side in sides.items() for c, part in enumerate(side)
                 }
                 parts = [
                     b.spread(value) for value in LaneBody(for_lanes(blend), b, parts_of_blend, {}, passed).results()

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from passgraph.language.ir import of_triangle, own_pixel
+from passgraph.language.builtin_name import BuiltinName
 
 
-def is_of_triangle(name: str) -> bool:
+def is_of_triangle(name: BuiltinName) -> bool:
     """Return True if a fragment builtin depends on the triangle."""
-    return name == "front_facing" or of_triangle(own_pixel(name)[0])
+    return name.kind == "front_facing" or name.is_of_triangle
 
 
 #: Rows of a triangle's numbers, three each.  A plane is the value on column 0 of the first corner's row, and the change

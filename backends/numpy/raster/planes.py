@@ -10,7 +10,7 @@ from passgraph.backends.numpy.raster.layout import DEPTH, EDGE1, EDGE2, FRONT, N
 from passgraph.backends.numpy.vector.lanes import F32, F64, I32, Lanes, blank, lanes_of, zeros
 from passgraph.backends.numpy.vector.texels import decoded, element, joined, picked, rounded, transposed
 from passgraph.formats import Format
-from passgraph.language.ir import own_pixel
+from passgraph.language.builtin_name import BuiltinName
 from passgraph.plan.data import DrawStep
 
 
@@ -94,19 +94,20 @@ def plane_numbers(step: DrawStep) -> int:
     return PLANES + 3 * plane_rows(step)
 
 
-def interpolated(b: Lanes, step: DrawStep, table: Any, slot: Any, x: Any, y: Any, names: list[str]) -> list[Any]:
+def interpolated(
+    b: Lanes, step: DrawStep, table: Any, slot: Any, x: Any, y: Any, names: list[BuiltinName]
+) -> list[Any]:
     """Return builtins of the triangle at a table index, or of one triangle per lane, at pixels (``x``, ``y``).
 
     Perspective-correct: the corners are weighted by the position of the pixel's center (rasterization rule 5).
     """
     pixels: dict[str, _Pixel] = {}
     values = []
-    for builtin in names:
-        name, axes = own_pixel(builtin)
-        if axes not in pixels:
-            there = (b.xor(at, llvm.Constant(I32, 1)) if axis in axes else at for axis, at in (("x", x), ("y", y)))
-            pixels[axes] = _Pixel(b, step, table, slot, *there)
-        values.append(pixels[axes].value(name))
+    for name in names:
+        if name.axes not in pixels:
+            there = (b.xor(at, llvm.Constant(I32, 1)) if axis in name.axes else at for axis, at in (("x", x), ("y", y)))
+            pixels[name.axes] = _Pixel(b, step, table, slot, *there)
+        values.append(pixels[name.axes].value(name))
     return values
 
 
@@ -120,18 +121,18 @@ class _Pixel:
         self.down = b.fadd(self._entry(TO_Y), b.sitofp(y, F64))
         self.near: list[Any] = []
 
-    def value(self, name: str) -> Any:
+    def value(self, name: BuiltinName) -> Any:
         """Return a builtin that depends on the triangle."""
         b = self.b
-        if name == "front_facing":
+        if name.kind == "front_facing":
             return b.fcmp_ordered("!=", self._entry(FRONT), llvm.Constant(F64, 0.0))
-        if name == "fragment_depth":
+        if name.kind == "fragment_depth":
             z = self._plane(DEPTH)
             z = b.select(b.fcmp_ordered("<", z, llvm.Constant(F64, 0.0)), llvm.Constant(F64, 0.0), z)
             z = b.select(b.fcmp_ordered(">", z, llvm.Constant(F64, 1.0)), llvm.Constant(F64, 1.0), z)
             return b.fptrunc(z, F32)
         self.near = self.near or self._nearness()
-        value, *more = self._numbers(VARYINGS + self.step.varyings.index(name.removeprefix("varying.")))
+        value, *more = self._numbers(VARYINGS + self.step.varyings.index(name.at("")))
         for part, share in zip(more, self.near, strict=True):
             value = b.fadd(value, b.fmul(part, share))
         return b.fptrunc(value, F32)

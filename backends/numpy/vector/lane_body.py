@@ -26,6 +26,7 @@ from passgraph.backends.numpy.vector.lanes import (
 from passgraph.backends.numpy.vector.texels import decoded, element, rounded, scattered
 from passgraph.formats import Format
 from passgraph.language import scalar as s
+from passgraph.language.builtin_name import BuiltinName
 from passgraph.language.lowering import lowered
 from passgraph.language.lowering.buffers import Buffer, TexelsInBuffers
 
@@ -47,8 +48,8 @@ class LaneBody:
     """
 
     def __init__(
-        self, program: s.ScalarProgram, builder: Lanes, builtins: dict[str, Any], memory: dict[str, Any], mask: Any,
-        formats: Sequence[Format] = (),
+        self, program: s.ScalarProgram, builder: Lanes, builtins: dict[BuiltinName, Any], memory: dict[str, Any],
+        mask: Any, formats: Sequence[Format] = (),
     ) -> None:  # fmt: skip
         self.program, self.builder, self.given, self.memory = program, builder, builtins, memory
         self.formats = formats

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from passgraph.formats import Format
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS
+from passgraph.language.builtin_name import PIXEL, BuiltinName, size_names
 from passgraph.language.lowering.building import Builder, number
 from passgraph.language.lowering.windows import Window, windows_of
 
@@ -150,14 +151,14 @@ class _Texels:
         return self.origins[key]
 
     def _size(self, image: str, buffer: Buffer, axis: int) -> s.Operand:
-        return self.builder.builtin(f"size.{image}.{axis}") if buffer.size is None else number(buffer.size[axis])
+        return self.builder.builtin(size_names(image)[axis]) if buffer.size is None else number(buffer.size[axis])
 
     def _place(self, load: s.LoadTexel, axis: int, buffer: Buffer) -> tuple[s.Operand, bool]:
         """Return the column or row of a read, and True if it may be outside."""
         offset = (load.x, load.y)[axis]
         if not load.relative:
             return offset, True
-        here = self.builder.builtin(f"pixel.{axis}")
+        here = self.builder.builtin(PIXEL[axis])
         if isinstance(offset, s.Lit) and offset.value == 0:
             return here, False
         use = self.program.image(load.image)
@@ -189,7 +190,7 @@ class _Texels:
 
 def own_address(b: Builder, image: str, buffer: Buffer) -> s.Operand:
     """Return the index of this pixel."""
-    return address(b, image, buffer, b.builtin("pixel.0"), b.builtin("pixel.1"))
+    return address(b, image, buffer, *map(b.builtin, PIXEL))
 
 
 def address(b: Builder, image: str, buffer: Buffer, x: s.Operand, y: s.Operand) -> s.Operand:
@@ -199,7 +200,7 @@ def address(b: Builder, image: str, buffer: Buffer, x: s.Operand, y: s.Operand) 
         x, y = (number(int(a.value)) if isinstance(a, s.Lit) else b.index("to_long", a) for a in (x, y))
     if buffer.row is None or buffer.row % buffer.pixel == 0:
         # LLVM (18, below PoCL 6) sees best in this form that texels are adjacent: a blur takes a seventh less.
-        row = b.builtin(f"pitch.{image}") if buffer.row is None else number(buffer.row // buffer.pixel)
+        row = b.builtin(BuiltinName("pitch", image)) if buffer.row is None else number(buffer.row // buffer.pixel)
         index = b.op("mul", on, b.op("add", on, b.op("mul", on, y, row), x), number(buffer.pixel))
     else:
         across = b.op("mul", on, x, number(buffer.pixel))

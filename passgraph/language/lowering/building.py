@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS, border_program, computed, nearer, period_program
+from passgraph.language.builtin_name import BuiltinName
 from passgraph.language.lowering.rows import signature
 
 _FOLDED: dict[str, Callable[..., int]] = {
@@ -43,7 +44,7 @@ class Builder:
         made, self.made = self.made, []
         return made
 
-    def builtin(self, name: str) -> s.Val:
+    def builtin(self, name: BuiltinName) -> s.Val:
         """Load a builtin that is an int."""
         to = s.Val(self.builtins.setdefault(name, "int"), self.fresh("int").id)
         self.add(s.LoadBuiltin(to, name))

@@ -92,7 +92,9 @@ class _Check:
             self.declared(i.table, self.tables, i, i.to.type)
             self.use(i.index, "int", i)
         elif isinstance(i, s.LoadBuiltin):
-            self.expect(i.name in self.builtins, i, "reads a builtin", i.name, f"one of {sorted(self.builtins)}")
+            self.expect(
+                i.name in self.builtins, i, "reads a builtin", i.name, f"one of {sorted(map(str, self.builtins))}"
+            )
         elif isinstance(i, s.LoadTexel):
             for place in (i.x, i.y):
                 self.use(place, "float" if i.filtered else "int", i)

@@ -18,6 +18,7 @@ from passgraph.backends.reference import ReferenceBackend
 from passgraph.backends.reference.draw_pass import ReferenceDrawPass, layers
 from passgraph.backends.reference.stage import ReferencePixelPass, Storage, on_quads
 from passgraph.graph.draw_state import Geometry
+from passgraph.language.builtin_name import WHOLE_PIXEL, WHOLE_SIZE, BuiltinName
 from passgraph.plan.data import DrawStep, PixelStep, Step
 from passgraph.plan.limits import Limits
 from passgraph.verify.oracle.allowed import Allowed
@@ -110,7 +111,7 @@ class _PixelPass(ReferencePixelPass):
         y, x = np.divmod(np.arange(width * height), width)
         bounds = stage.bounds(
             width * height,
-            {"pixel": lambda: np.stack([x, y], axis=1), "output_size": lambda: np.array([[width, height]], np.int64)},
+            {WHOLE_PIXEL: lambda: np.stack([x, y], axis=1), WHOLE_SIZE: lambda: np.array([[width, height]], np.int64)},
             first_only=watch is not None,
         )
         untried = self.oracle.limit.end()
@@ -211,11 +212,11 @@ class DrawOracle:
     def _vertices(self) -> Corners:
         """Return middle and half width of every column; rows as in the reference: position, then all results."""
         count = len(self.geometry.positions)
-        builtins: dict[str, Callable[[], Bounded]] = {
+        builtins: dict[BuiltinName, Callable[[], Bounded]] = {
             name: partial(Interval.as_read, values.astype(np.float64))
             for name, values in vertex_builtins(self.geometry).items()
         }
-        builtins["output_size"] = lambda: np.array([self.step.size], np.int64)
+        builtins[WHOLE_SIZE] = lambda: np.array([self.step.size], np.int64)
         bounds = self.vertex.bounds(count, builtins)
         self.names.update(bounds.names)
         names = [result.name for result in self.vertex.bound.program.results]
@@ -249,19 +250,19 @@ class DrawOracle:
         """Return the fragment kernel's results; those of a sliver are unbounded."""
         assert self.fragment is not None
         width, height = self.step.size
-        builtins: dict[str, Callable[[], Bounded]] = {
-            "pixel": lambda: np.stack([fragments.x, fragments.y], axis=1),
-            "output_size": lambda: np.array([[width, height]], np.int64),
-            "front_facing": lambda: mesh.area[fragments.triangle] < 0,
+        builtins: dict[BuiltinName, Callable[[], Bounded]] = {
+            WHOLE_PIXEL: lambda: np.stack([fragments.x, fragments.y], axis=1),
+            WHOLE_SIZE: lambda: np.array([[width, height]], np.int64),
+            BuiltinName("front_facing"): lambda: mesh.area[fragments.triangle] < 0,
         }
 
-        def of_triangle(axes: str) -> dict[str, Callable[[], Bounded]]:
+        def of_triangle(axes: str) -> dict[BuiltinName, Callable[[], Bounded]]:
             there = fragments.beside(axes, mesh) if axes else fragments
-            varyings: dict[str, Callable[[], Bounded]] = {
+            varyings: dict[BuiltinName, Callable[[], Bounded]] = {
                 name: partial(_varying, mesh, there, columns, shape)
                 for name, (columns, shape) in self.pass_.varyings.items()
             }
-            return {"fragment_depth": lambda: depth_of(mesh, there) if axes else depth, **varyings}
+            return {BuiltinName("fragment_depth"): lambda: depth_of(mesh, there) if axes else depth, **varyings}
 
         builtins |= on_quads(of_triangle)
         bounds = self.fragment.bounds(len(fragments), builtins, fragments.y * width + fragments.x)

@@ -10,6 +10,7 @@ from passgraph.backends.base import Block
 from passgraph.backends.reference.interpreter import Interpreter, Numbers, Surroundings
 from passgraph.backends.reference.stage import BoundStage, SampledImage, Stage, Storage
 from passgraph.language import ir
+from passgraph.language.builtin_name import WHOLE_PIXEL, BuiltinName
 from passgraph.language.lower import ImageFacts
 from passgraph.language.types import component_count
 from passgraph.verify.oracle import interval as iv
@@ -21,7 +22,7 @@ from passgraph.verify.oracle.time_limit import TimeLimit
 from passgraph.verify.oracle.watch import Watch, WatchedInterpreter
 
 #: Stage value → a function for its value in all lanes, (lanes or 1, …), called only if the kernel reads it.
-Builtins = Mapping[str, Callable[[], Bounded]]
+Builtins = Mapping[BuiltinName, Callable[[], Bounded]]
 
 
 class StageOracle:
@@ -76,9 +77,9 @@ class StageOracle:
         ``first_only``: bounds of the first path only, as a watch needs.
         """
         pixels = np.arange(count) if pixels is None else pixels
-        known_builtins: dict[str, Bounded] = {}
+        known_builtins: dict[BuiltinName, Bounded] = {}
 
-        def builtin(name: str) -> Bounded:
+        def builtin(name: BuiltinName) -> Bounded:
             if name not in known_builtins:
                 known_builtins[name] = builtins[name]()
             return known_builtins[name]
@@ -113,16 +114,16 @@ def _in_lanes(value: Interval, count: int, components: int) -> Interval:
 class _Around(Surroundings[Bounded]):
     """The inputs of some of the lanes."""
 
-    def __init__(self, oracle: StageOracle, builtin: Callable[[str], Bounded], domain: IntervalDomain) -> None:
+    def __init__(self, oracle: StageOracle, builtin: Callable[[BuiltinName], Bounded], domain: IntervalDomain) -> None:
         self.oracle, self.builtin_of_all, self.domain = oracle, builtin, domain
 
     def uniform(self, expression: ir.Uniform) -> Bounded:
         return self.oracle.uniform(expression)
 
     def builtin(self, expression: ir.Builtin) -> Bounded:
-        return self._builtin(expression.name)
+        return self._builtin(expression.key)
 
-    def _builtin(self, name: str) -> Bounded:
+    def _builtin(self, name: BuiltinName) -> Bounded:
         value = self.builtin_of_all(name)
         if len(value) == 1:
             return value
@@ -133,7 +134,7 @@ class _Around(Surroundings[Bounded]):
         assert not isinstance(x, Interval)
         assert not isinstance(y, Interval)
         if relative:
-            pixel = self._builtin("pixel")
+            pixel = self._builtin(WHOLE_PIXEL)
             assert not isinstance(pixel, Interval)
             x, y = x + pixel[:, 0], y + pixel[:, 1]
         read = self._read(image, x, y)
