@@ -60,7 +60,7 @@ _OF_THE_DISPLAY = "<USE_DISPLAY_NAME>"
 
 def converted_space(config: ocio.Config, source: str, result: str) -> ColorSpace | None:
     """Return the color space ``result`` of a config; None if a conversion from ``source`` changes nothing."""
-    before, after = config.getColorSpace(source), config.getColorSpace(result)
+    before, after = _found(config, source), _found(config, result)
     if after is None or after.isData() or (before is not None and before.getName() == after.getName()):
         return None
     return ColorSpace(after.getName(), after.getInteropID())
@@ -262,8 +262,13 @@ def _display_transform(
     return steps
 
 
+def _found(config: ocio.Config, name: str) -> ocio.ColorSpace | None:
+    """Return a color space by its name, an alias or a role; None for other texts, also those that are no UTF-8."""
+    return config.getColorSpace(name) if name.isprintable() else None
+
+
 def _color_space(config: ocio.Config, name: str) -> str:
-    if config.getColorSpace(name) is None:  # names, aliases and roles
+    if _found(config, name) is None:
         _among("color space", name, [*config.getColorSpaceNames(), *config.getRoleNames()])
     return name
 

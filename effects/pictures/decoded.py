@@ -41,3 +41,22 @@ def encoded(color: pg.Target) -> pg.Target:
     name = f"{color.name}_encoded"
     result: pg.Target = srgb_of(color, into=pg.target(name, "rgba32f", like=color), name=name)
     return result
+
+
+@pg.function
+def decode_srgb(code: float) -> float:
+    """Decode sRGB (IEC 61966-2-1); codes above 1 stay on its curve."""
+    return code / 12.92 if code <= 0.04045 else pow((code + 0.055) / 1.055, 2.4)
+
+
+@pg.kernel
+def light_of(color: Image) -> vec4:
+    code = color[0, 0]
+    return vec4(decode_srgb(code.r), decode_srgb(code.g), decode_srgb(code.b), code.a)
+
+
+def as_light(color: pg.Target) -> pg.Target:
+    """Decode colors for a display, in floats, to linear light: the inverse of `encoded`."""
+    name = f"{color.name}_light"
+    result: pg.Target = light_of(color, into=pg.target(name, "rgba32f", like=color), name=name)
+    return result

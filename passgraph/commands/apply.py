@@ -145,9 +145,9 @@ class _Effects(click.Group):
 def apply() -> None:
     """Apply an effect to pictures, sequences and videos.
 
-    EFFECT is a built-in effect. FILE is a Python file of yours with an effect or kernel (it is run), or a shader file
-    (ISF .fs, gl-transitions and Shadertoy .glsl, exports .json, mpv .hook, libretro .glslp, .frag with the .vert beside
-    it; it is parsed and not run).
+    EFFECT is a built-in effect, or several that run one after another: "bloom, tone-map, vignette". FILE is a Python
+    file of yours with an effect or kernel (it is run), or a shader file (ISF .fs, gl-transitions and Shadertoy .glsl,
+    exports .json, mpv .hook, libretro .glslp, .frag with the .vert beside it; it is parsed and not run).
 
     Each INPUT is a picture (PNG, JPEG, TIFF, WebP, OpenEXR, npy), a folder of them, a quoted wildcard ("*.png"), a
     numbered sequence (shot.%04d.exr or shot.####.exr), a video, an animation (GIF, APNG, WebP), or - for PNG pictures

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, cast
 
 from passgraph.arguments import near, shown
+from passgraph.commands.effect_chain import SEPARATOR, EffectChain
 from passgraph.commands.shader_files import effects_of_shader, read_as_volumes
 from passgraph.effects.effect_table import EFFECTS, Effect, summary_of
 from passgraph.errors import InputError
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 
 
 def named_effect(text: str) -> Effect:
-    """Return the effect of ``EFFECT``, ``FILE`` or ``FILE:NAME``.
+    """Return the effect of ``EFFECT``, ``FILE`` or ``FILE:NAME``, or the chain of several with commas between them.
 
     Raises
     ------
@@ -34,6 +35,8 @@ def named_effect(text: str) -> Effect:
     KernelError
         For a kernel in the file that is outside the language.
     """
+    if parts := _parts(text):
+        return EffectChain.of([named_effect(part) for part in parts])
     path, name = file_and_name(text)
     if path is None:
         if text not in EFFECTS:
@@ -59,8 +62,15 @@ def _chosen(effects: Mapping[str, Effect], path: Path, name: str | None) -> Effe
     return chosen[0]
 
 
+def _parts(text: str) -> list[str]:
+    """Return the names in a chain of effects; of one effect, or of a file with a comma in its name, none."""
+    return [] if SEPARATOR not in text or Path(text).exists() else [part.strip() for part in text.split(SEPARATOR)]
+
+
 def is_named(text: str) -> bool:
-    """Return True if a text names an effect or a file of kernels, not a picture or a scene."""
+    """Return True if a text names effects or a file of kernels, not a picture or a scene."""
+    if parts := _parts(text):
+        return all(map(is_named, parts))
     path, _ = file_and_name(text)
     return text in EFFECTS if path is None else path.suffix.lower() in (".py", ".txt", *SUFFIXES, *NOT_READ)
 
