@@ -202,7 +202,7 @@ _END = "v = vec2(1.0); gl_Position = vec4(position, 1.0); }"
         ("varying vec2 v; void main() { " + _END, _FRAGMENT.replace(" v;", " w;").replace("(v", "(w"),
          "shown.frag:1: input w is no output of the vertex shader"),
         ("uniform mat4 projectionMatrix, mine; varying vec2 v; void main() { " + _END, _FRAGMENT,
-         "shown.vert:1: projectionMatrix is set by the program that shows the shader; declare it by itself"),
+         "shown.vert:1: projectionMatrix is declared together with others; give it a declaration of its own"),
         ("varying vec2 v[65]; void main() { " + _END, _FRAGMENT, "hands on more than 64 values"),
         ("varying vec2 v;\n\nvoid main() {\n" + _END.replace("1.0)", "unknown)"), _FRAGMENT,
          "shown.vert:4: 'unknown' is not defined here"),

@@ -165,19 +165,18 @@ def _undeclared(tokens: Sequence[Token], uniforms: Mapping[str, tuple[str, str]]
     """Yield the tokens without declarations of uniforms that the format sets, and of GLSL's own outputs."""
     at = 0
     while at < len(tokens):
-        ends = (
-            [k for k in range(at, len(tokens)) if tokens[k].text in (";", "{")] if tokens[at].text == "uniform" else []
-        )
-        end = ends[0] + 1 if ends else at + 1
-        statement = tokens[at:end]
-        if tokens[at].text in _HANDED and any(token.text in _BUILT_IN for token in tokens[at : at + 4]):
-            at = next(k for k in range(at, len(tokens)) if tokens[k].text == ";") + 1
+        word = tokens[at].text
+        if word != "uniform" and word not in _HANDED:
+            yield tokens[at]
+            at += 1
             continue
-        set_ = [token for token in statement if token.text in uniforms]
-        if set_ and len(set_) <= sum(token.text == "," for token in statement):
-            fail(set_[0].span, f"{set_[0].text} is set by the program that shows the shader; declare it by itself")
-        if not set_ or len(statement) == 1:
+        end = next((k for k in range(at, len(tokens)) if tokens[k].text in (";", "{")), len(tokens) - 1) + 1
+        statement = tokens[at:end]
+        ours = [token for token in statement if token.text in (uniforms if word == "uniform" else _BUILT_IN)]
+        if not ours:
             yield from statement
+        elif len(ours) <= sum(token.text == "," for token in statement):
+            fail(ours[0].span, f"{ours[0].text} is declared together with others; give it a declaration of its own")
         at = end
 
 
