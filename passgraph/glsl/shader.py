@@ -24,7 +24,7 @@ from passgraph.glsl.uncalled import check_uncalled
 from passgraph.glsl.unit import BEFORE, END, Known, Note, Slot, Uniform, Unit, holds_pictures
 from passgraph.glsl.walk import assigned_names, sides_written
 from passgraph.language import ir
-from passgraph.language.assignments import Place, Variable
+from passgraph.language.assignments import Place, Variable, read_variable
 from passgraph.language.composites import entry
 from passgraph.language.function_body import KEPT
 from passgraph.language.long_arrays import check_local, check_reads, check_sizes
@@ -171,13 +171,15 @@ def declare_inputs(body: Body, node: g.Declaration) -> None:
         open_length = (TEXTURE_COORDINATES,) if name == "gl_TexCoord" else ()
         type_ = body.type_of(variable.type, variable.type.span, open_length)
         handed = unit.names.get(name)
-        if isinstance(handed, Slot):  # a variable that a container's prelude writes
-            if handed.variable.type != type_ and not name.startswith("gl_"):
-                fail(span, f"input {name} is {type_} here, and {handed.variable.type} in the vertex shader")
-            continue
         if name == "gl_FragCoord":
             part = fragment(unit, span, "origin_upper_left" in node.layout, "pixel_center_integer" in node.layout)
+            if isinstance(handed, Slot):  # depth and w come from a vertex stage, whatever the origin is
+                place, rest = cast("ir.Expr", part), cast("ir.Expr", read_variable(handed.variable, span))
+                part = ir.Construct(VEC4, (swizzle(place, "xy", span), swizzle(rest, "zw", span)), span)
             body.bind(name, Known(fitted(part, type_, span, name), "an input"))
+        elif isinstance(handed, Slot):  # a variable that a container's prelude writes
+            if handed.variable.type != type_ and not name.startswith("gl_"):
+                fail(span, f"input {name} is {type_} here, and {handed.variable.type} in the vertex shader")
         elif name == "gl_TexCoord" and isinstance(type_, Array) and type_.length <= TEXTURE_COORDINATES:
             part = texture_coordinates(unit, span, type_.length)
             body.bind(name, Known(fitted(part, type_, span, name), "an input"))

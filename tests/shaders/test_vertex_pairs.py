@@ -75,6 +75,14 @@ gl_Position = vec4(position.xy, 0.5 * position.x, 1.5 + 0.4 * position.y); }""",
         "out vec4 o; void main() { o = gl_FragCoord; }",
         {},
     ),
+    "depth and w of pixels that are counted from the top": (
+        """in vec3 position; void main() {
+gl_Position = vec4(position.xy, 0.5 * position.x, 1.5 + 0.4 * position.y); }""",
+        """#extension GL_ARB_fragment_coord_conventions : enable
+layout(origin_upper_left, pixel_center_integer) in vec4 gl_FragCoord;
+out vec4 o; void main() { o = gl_FragCoord + vec4(0.0, 1.0, 0.0, 0.0); }""",
+        {},
+    ),
     "a local variable with the name of an input": (
         """in vec3 position; out vec2 v;
 void main() { v = position.xy; { vec4 position = vec4(position * 0.5, 1.0); gl_Position = position; } }""",
