@@ -121,7 +121,8 @@ class Dialect:
 
     def lacks(self, operator: str) -> bool:
         """Return True if an operator is reserved."""
-        return operator in _INTEGER_OPERATORS and self.version in (100, 110, 120)
+        is_old = self.version in (100, 110, 120) and "GL_EXT_gpu_shader4" not in self.extensions
+        return is_old and operator in _INTEGER_OPERATORS
 
 
 #: Types of parameters of the functions of ES 1.00.

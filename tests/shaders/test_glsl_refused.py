@@ -246,6 +246,7 @@ READ = [
     ("330", "float sin(float x) { return x; } void main() { color.x = sin(3.0); }"),
     ("330", "void main() { switch (1) { case 0: default: ; } color.x = 1.0; }"),
     ("330", "#define A(x) x\n#if 0\n1e 0x \n#endif\nvoid main() { color.x = A(1e2) + .5e-1; }"),
+    ("", "#version 120\n#extension GL_EXT_gpu_shader4 : enable\nvoid main() { gl_FragColor = vec4(5 % 3 << 2); }"),
     # What is not read here is no error in a function that nothing calls.
     ("", "vec4 f(samplerCube s, vec3 v) { return textureCube(s, v); }" + MAIN),
     ("", "float f(float x) { return noise1(x); } bool h() { return gl_HelperInvocation; }" + MAIN),
