@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.backends.base import Backend, FloatBlock, device_number
+from passgraph.backends.base import Backend, FloatBlock, clear_colour, device_number, quantised
 from passgraph.errors import BackendError, DeviceMissingError, InputError
+from passgraph.formats import Format
 
 
 def chosen_device(device: str | None, names: Sequence[str], kind: str) -> int:
@@ -38,6 +39,13 @@ def shaped(array: NDArray[Any], storage: Any) -> NDArray[Any]:
             f"shape {(height, width, format_.channels)}"
         )
     return array
+
+
+def stored_clear(value: tuple[float, ...], format_: Format) -> FloatBlock:
+    """Return a clear color as four floats that the format stores exactly; alpha of a three-channel format is 1."""
+    four = np.array([0, 0, 0, 1], np.float32)
+    four[: format_.channels] = clear_colour(value, format_.channels, format_.srgb)
+    return quantised(four, format_)
 
 
 class DriverBackend(Backend):

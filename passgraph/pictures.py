@@ -26,7 +26,7 @@ from passgraph.errors import InputError, reason
 from passgraph.image_files import FIRST_OF_SEVERAL, MAX_BYTES, associated, opened_image, straight, upright
 from passgraph.image_formats import WRITABLE, Metadata, WritableFormat, is_opaque, unstated
 from passgraph.image_writing import encoded_image, write_image
-from passgraph.quantise import check_no_nan, integers_of
+from passgraph.quantise import check_no_nan, integers_of, opaque
 from passgraph.reading import check_regular, read_bytes
 from passgraph.srgb import linear_to_srgb, srgb_to_linear
 from passgraph.writing import NewFile, unwritable
@@ -281,8 +281,7 @@ def _as_rgba(pixels: Stored, has_alpha: bool, as_stored: bool) -> Stored:
         for channel in range(3):  # one channel at a time takes a quarter of the time of three at once
             source = channel if colors > 1 else 0
             into[..., channel] = values[..., source] if source < colors else 0
-        opaque = np.iinfo(picture.dtype).max if integer else 1
-        into[..., 3] = values[..., 3] if channels == 4 else values[..., 1] if has_alpha else opaque
+        into[..., 3] = values[..., 3] if channels == 4 else values[..., 1] if has_alpha else opaque(picture.dtype)
     return picture
 
 

@@ -63,6 +63,15 @@ def integers_of(values: NDArray[Any], dtype: np.dtype[Any], whose: str) -> NDArr
     return numbers_of(values, format_, whose)
 
 
+def opaque(dtype: np.dtype[Any]) -> int:
+    """Return the number that stands for alpha 1 in arrays of a dtype.
+
+    >>> opaque(np.dtype(np.uint8)), opaque(np.dtype(np.float16))
+    (255, 1)
+    """
+    return int(np.iinfo(dtype).max) if dtype.kind == "u" else 1
+
+
 def check_no_nan(pixels: NDArray[Any], whose: str) -> None:
     """Raise InputError with the position of the first NaN in a picture (h, w, channels)."""
     missing = np.isnan(pixels)

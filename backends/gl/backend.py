@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.base import SNAP_PX, DeviceInfo, FloatBlock, PixelRunner, device_number
-from passgraph.backends.driver import DriverBackend, chosen_device
+from passgraph.backends.driver import DriverBackend, chosen_device, stored_clear
 from passgraph.backends.gl import gl_functions as g
 from passgraph.backends.gl import state as fixed
 from passgraph.backends.gl import transfers
@@ -29,7 +29,6 @@ from passgraph.backends.gl.textures import (
     Objects,
     Texture,
     gl_format_of,
-    stored_clear,
 )
 from passgraph.errors import BackendError
 from passgraph.formats import Format, padded
@@ -167,7 +166,7 @@ class GLBackend(DriverBackend):
         is_depth = texture.format.is_depth
         framebuffer = self.objects.framebuffer(() if is_depth else (texture,), texture if is_depth else None)
         fixed.set_common(gl, self.context.bound, framebuffer)
-        zero = stored_clear((0.0,) * texture.format.channels, texture)
+        zero = stored_clear((0.0,) * texture.format.channels, texture.format)
         stencil = 0 if texture.format.stencil else None
         colours = [] if is_depth else [(0, zero)]
         fixed.clear_targets(gl, self.context.bound, colours, 0.0 if is_depth else None, stencil)

@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.base import ATTRIBUTES, Block, vertex_attribute
+from passgraph.backends.driver import stored_clear
 from passgraph.backends.gl import gl_functions as g
 from passgraph.backends.gl import state as fixed
 from passgraph.backends.gl.programs import LinkedProgram
 from passgraph.backends.gl.state import Bound
-from passgraph.backends.gl.textures import ALL_PLAIN, Objects, Texture, placements_of, stored_clear
+from passgraph.backends.gl.textures import ALL_PLAIN, Objects, Texture, placements_of
 from passgraph.graph.draw_state import Geometry
 from passgraph.language.scalar import LoadTexel, ScalarProgram, walk
 from passgraph.plan.data import DrawStep, PixelStep
@@ -170,7 +171,7 @@ class DrawRun:
     def _clear(self, gl: Any, bound: Bound, outputs: Sequence[Texture], depth: Texture | None) -> None:
         step = self.step
         colours = [
-            (k, stored_clear(value, texture))
+            (k, stored_clear(value, texture.format))
             for k, (value, texture) in enumerate(zip(step.clears, outputs, strict=True))
             if value is not None
         ]

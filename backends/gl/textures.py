@@ -11,12 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.backends.base import clear_colour
 from passgraph.backends.gl import gl_functions as g
 from passgraph.backends.gl.gl_functions import Functions
 from passgraph.errors import BackendError
 from passgraph.formats import Format, format_spelling
-from passgraph.quantise import quantised
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,13 +136,6 @@ def with_stencil(depth: NDArray[np.float32]) -> NDArray[Any]:
     packed: NDArray[Any] = np.zeros(depth.shape, DEPTH_AND_STENCIL)
     packed["depth"] = depth
     return packed
-
-
-def stored_clear(value: tuple[float, ...], texture: Texture) -> NDArray[np.float32]:
-    """Return a clear color as four floats that the format stores exactly."""
-    four = np.array([0, 0, 0, 1], np.float32)
-    four[: texture.format.channels] = clear_colour(value, texture.format.channels, texture.format.srgb)
-    return quantised(four, texture.format)
 
 
 #: Framebuffer 0's buffers: names for drawing and reading → names of attachments.

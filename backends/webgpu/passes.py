@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from passgraph.backends.base import ATTRIBUTES, Block, clear_colour, vertex_attribute
+from passgraph.backends.base import ATTRIBUTES, Block, vertex_attribute
+from passgraph.backends.driver import stored_clear
 from passgraph.backends.webgpu.programs import filtered_images, packed, packed_tables
 from passgraph.backends.webgpu.states import color_target, depth_stencil, guard_band, primitive
 from passgraph.backends.webgpu.textures import Texture
@@ -17,7 +18,6 @@ from passgraph.formats import FORMATS
 from passgraph.graph.draw_state import Geometry
 from passgraph.language.scalar import ScalarProgram
 from passgraph.plan.data import DrawStep, PixelStep
-from passgraph.quantise import quantised
 
 if TYPE_CHECKING:
     from passgraph.backends.webgpu.backend import WebGPUBackend
@@ -150,7 +150,7 @@ class DrawRun:
         self.targets = targets
         self.pipelines: dict[str, Any] = {}
         self.clears = [
-            None if value is None else _clear(value, format_)
+            None if value is None else tuple(stored_clear(value, format_).tolist())
             for value, format_ in zip(step.clears, step.output_formats, strict=True)
         ]
 
@@ -229,10 +229,3 @@ class DrawRun:
 
 def _reads_depth(step: DrawStep) -> bool:
     return step.fragment is not None and any(n.kind == "fragment_depth" for n, _ in step.fragment.builtins)
-
-
-def _clear(value: tuple[float, ...], format_: Any) -> tuple[float, ...]:
-    """Return a clear color as four numbers that the format stores exactly; alpha of a three-channel format is 1."""
-    four = np.array([0, 0, 0, 1], np.float32)
-    four[: format_.channels] = quantised(np.array(clear_colour(value, format_.channels, format_.srgb)), format_)
-    return tuple(four.tolist())

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from passgraph.files.frame import Stored
 from passgraph.graph.targets import InputSpec
 from passgraph.pictures import scaled
-from passgraph.quantise import integers_of
+from passgraph.quantise import integers_of, opaque
 from passgraph.run.caller_arrays import GREY_CHANNELS, format_of
 from passgraph.srgb import srgb_to_linear
 
@@ -71,6 +71,5 @@ def with_channels(picture: Stored, count: int) -> Stored:
     converted = np.empty((*picture.shape[:2], count), picture.dtype)
     converted[..., :3] = colours
     if count == 4:
-        opaque = np.iinfo(picture.dtype).max if picture.dtype.kind == "u" else 1
-        converted[..., 3] = picture[..., -1] if have in (2, 4) else opaque
+        converted[..., 3] = picture[..., -1] if have in (2, 4) else opaque(picture.dtype)
     return converted

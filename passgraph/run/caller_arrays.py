@@ -20,6 +20,7 @@ from passgraph.errors import InputError
 from passgraph.formats import Format, as_many_channels, colour_format, curved, float_format
 from passgraph.graph.targets import InputSpec, Pass, Target
 from passgraph.plan.data import DrawStep, Plan
+from passgraph.quantise import opaque
 from passgraph.run.finite_checks import NonFinite, admitted, readers_of
 from passgraph.run.result import Results
 
@@ -228,7 +229,7 @@ def _grey(array: NDArray[Any], channels: int) -> NDArray[Any]:
     color = np.empty((*array.shape, channels), array.dtype)
     color[..., :GREY_CHANNELS] = array[..., None]
     if channels > GREY_CHANNELS:
-        color[..., GREY_CHANNELS] = np.iinfo(array.dtype).max if array.dtype.kind in "ui" else 1
+        color[..., GREY_CHANNELS] = opaque(array.dtype)
     return color
 
 

@@ -12,7 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.errors import InputError
+from passgraph.formats import FORMATS
 from passgraph.image_files import opened_image
+from passgraph.quantise import numbers_of
 from passgraph.scene.materials import AlphaMode, ColorSpace, Material, Node, Texture, Wrap, check_texels
 from passgraph.scene.matrices import Float64, is_singular, translation
 from passgraph.scene.meshes import Mesh, creased_normals, smooth_normals
@@ -137,7 +139,7 @@ def texture_of(
     if pixels.dtype == np.uint16:
         pixels = (pixels >> 8).astype(np.uint8)
     elif pixels.dtype != np.uint8:
-        pixels = np.rint(np.clip(np.nan_to_num(pixels), 0, 1) * np.float32(255)).astype(np.uint8)
+        pixels = numbers_of(pixels, FORMATS["rgba8"])
     return Texture.make(pixels, space, what, wrap)
 
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from passgraph.errors import InputError
 from passgraph.image_files import FIRST_OF_SEVERAL, paste, straight
 from passgraph.image_formats import Metadata
+from passgraph.quantise import opaque
 from passgraph.tiles.grid import Convert, Numbers, Part, Source, checked_dtype, checked_shape, imported, pieces, touched
 
 #: Sides of the tiles that are written, in pixels, as readers of large pictures expect; the format requires a multiple
@@ -24,11 +25,6 @@ from passgraph.tiles.grid import Convert, Numbers, Part, Source, checked_dtype, 
 TILE = 256
 #: Meanings of extra samples.
 _ASSOCIATED, _UNASSOCIATED = 1, 2
-
-
-def opaque(dtype: np.dtype[Any]) -> Any:
-    """Return the number for alpha 1 in a dtype."""
-    return np.iinfo(dtype).max if dtype.kind == "u" else 1
 
 
 def _channels(page: Any) -> tuple[list[int], bool]:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from passgraph.backends.base import Backend
 from passgraph.errors import InputError
+from passgraph.formats import FORMATS
 from passgraph.graph.calls import kernel
 from passgraph.graph.run_values import Value, sources_of
 from passgraph.graph.targets import Target
@@ -18,6 +19,7 @@ from passgraph.graph.targets import target as declared
 from passgraph.language import Image, vec4
 from passgraph.pictures import scaled
 from passgraph.plan.dependencies import inputs_behind, passes_behind
+from passgraph.quantise import numbers_of
 from passgraph.run.compile import compile
 from passgraph.run.result import Result
 from passgraph.viewer.display import shown
@@ -160,4 +162,4 @@ def flip_map(results: Mapping[str, Result]) -> tuple[NDArray[np.uint8], float]:
         raise InputError("the FLIP map needs flip-evaluator; run: pip install 'passgraph[flip]'") from None
     first, second = (results[slot]["shown"][:, :, :3].astype(np.float32) / 255.0 for slot in "ab")
     colored, mean, _ = evaluate(second, first, "LDR")
-    return np.round(255.0 * np.clip(colored, 0.0, 1.0)).astype(np.uint8), float(mean)
+    return numbers_of(colored, FORMATS["rgb8"]), float(mean)

@@ -24,6 +24,7 @@ from passgraph.graph.calls import PixelKernel
 from passgraph.graph.run_values import Formula, evaluated
 from passgraph.graph.targets import Computed, Target, TargetSpec, target
 from passgraph.language.types import BOOL, FLOAT, INT, UINT, Type
+from passgraph.quantise import opaque
 from passgraph.shaders.containers.clock import PRELUDE, clock_uniforms
 from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of, notes_of
 from passgraph.shaders.containers.shader_images import brought, small_kernel
@@ -248,9 +249,8 @@ def _texels(text: str, shape: tuple[int, int, int], kind: np.dtype[Any], where: 
     if not re.fullmatch(r"[0-9a-fA-F]*", digits):
         raise InputError(f"{where}: its texels must be hexadecimal digits")
     stored = np.frombuffer(bytes.fromhex(digits), kind).reshape(shape)
-    most = np.iinfo(kind).max if kind.kind == "u" else 1
     with np.errstate(all="ignore"):
-        return (stored / np.float64(most)).astype(np.float32)
+        return (stored / np.float64(opaque(kind))).astype(np.float32)
 
 
 def _said(block: MpvBlock, name: str, known: dict[str, str], where: str) -> str:
