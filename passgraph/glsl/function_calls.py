@@ -189,15 +189,15 @@ class Calls:
         return [ir.Index(matrix.column, named, ir.Literal(INT, i, span), span) for i in range(matrix.columns)]
 
     def composed(self, type_: Type, parts: list[Part], span: Span) -> Part:
-        """Compose a struct from its fields, or an array or vector from its elements."""
+        """Compose a struct from its fields, an array or vector from its elements, or a matrix from its columns."""
         if isinstance(type_, Struct):
             if len(parts) != len(type_.fields):
                 fail(span, f"{type_.name} has {len(type_.fields)} fields, got {len(parts)} values")
             pairs = zip(type_.fields, parts, strict=True)
             return StructValue(type_, {n: fitted(p, t, span, f"{type_.name}.{n}") for (n, t), p in pairs})
-        assert isinstance(type_, (Array, Vector))
-        element = type_.element
-        count = type_.length if isinstance(type_, Array) else type_.size
+        assert isinstance(type_, (Array, Vector, Matrix))
+        element = type_.column if isinstance(type_, Matrix) else type_.element
+        count = type_.columns if isinstance(type_, Matrix) else type_.length if isinstance(type_, Array) else type_.size
         if len(parts) != count:
             fail(span, f"{type_} takes {count} values, got {len(parts)}")
         typed = [fitted(p, element, span, f"an element of {type_}") for p in parts]

@@ -93,6 +93,8 @@ class Expressions:
             types = [type_.element] * type_.length
         elif isinstance(type_, Vector):
             types = [type_.element] * type_.size
+        elif isinstance(type_, Matrix):
+            types = [type_.column] * type_.columns
         else:
             fail(node.span, f"{type_} has no list in braces")
         if len(types) != len(node.parts):

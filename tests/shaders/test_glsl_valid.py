@@ -26,7 +26,8 @@ out vec4 o; float[2][3] f(float x) { return float[][](float[](x, 1.0, 2.0), floa
 void main() { float a[][3] = f(gl_FragCoord.x); o = vec4(a[0][0], a[1][2], float(a.length()), 1.0); }""",
     "lists in braces": """
 out vec4 o; void main() { float a[][3] = { { 1.0, 2.0, 3.0 }, { 4.0, 5.0, gl_FragCoord.x } };
-float b[] = { 7.0, 8.0 }; o = vec4(a[1][2], a[0][1], float(a.length()), b[1]); }""",
+float b[] = { 7.0, 8.0 }; mat2 m = { { 1.0, gl_FragCoord.x }, { 3.0, 4.0 } };
+b[0] = m[0][1] + m[1][0]; o = vec4(a[1][2], a[0][1], float(a.length()) + b[0], b[1]); }""",
     "a loop that declares in its condition": """
 out vec4 o; void main() { float x = 0.0; int n = 0; while (bool more = n < int(gl_FragCoord.x) + 1) {
 bool inner = more; if (n == 1) { n += 2; continue; } x += inner ? 1.0 : 9.0; n++; }
