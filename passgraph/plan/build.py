@@ -1,7 +1,8 @@
 """Build a plan from targets, phase by phase.
 
 collect → specialize → levels → cull, trim → fuse → order → lifetimes and memory → static → emit → limits.  The
-phases fill in one :class:`~passgraph.plan.work.Work`, and record their decisions in its ``notes``; the plan is new.
+phases share one :class:`~passgraph.plan.work.Work`, and record their decisions in its ``notes``.  Its passes are frozen
+values, first `Sized` and then `Lowered`: a phase removes passes, and puts others in their place.  The plan is new.
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ from itertools import pairwise
 
 from passgraph.formats import FORMATS, Format
 from passgraph.graph.run_values import Derived, Value
-from passgraph.graph.targets import MOST_BINS, CountPass, DrawPass, InputSpec, Pass, Target, TargetSpec
+from passgraph.graph.targets import MOST_BINS, CountPass, DrawPass, InputSpec, Pass, PixelPass, Target, TargetSpec
 from passgraph.plan.data import (
     BufferSpec,
     CopyStep,
@@ -23,7 +23,7 @@ from passgraph.plan.data import (
     lifetimes,
 )
 from passgraph.plan.order import Copies
-from passgraph.plan.work import Lowered, Work
+from passgraph.plan.work import Lowered, LoweredDraw, LoweredPixels, Work
 
 #: Most sharers of an allocation named in a note.
 MAX_NAMED = 16
@@ -131,13 +131,12 @@ def _loads(lowered: Lowered) -> list[tuple[Target, Target | None]]:
 
 def _step(node: Pass, work: Work, resources: Resources) -> Step:
     low = work.passes[node]
-    programs = (low.program, low.vertex, low.fragment)
-    names = [use.name for program in programs if program is not None for use in program.images]
+    names = [use.name for program in low.programs for use in program.images]
     images = tuple((name, resources.number_of(low.images[name])) for name in names)
     outputs = tuple(map(resources.number_of, low.colours))
     pass_ = low.done
-    if not isinstance(pass_, DrawPass):
-        assert low.program is not None
+    if isinstance(low, LoweredPixels):
+        assert isinstance(pass_, PixelPass)
         formats = resources.formats(r for _, r in images), resources.formats(outputs)
         # A count of other formats, or of more bins, runs its kernel.
         is_count = isinstance(pass_, CountPass) and formats == _COUNTING and 4 * low.size[0] <= MOST_BINS
@@ -145,7 +144,7 @@ def _step(node: Pass, work: Work, resources: Resources) -> Step:
             low.name, low.program, images, formats[0], outputs, formats[1], low.size, low.values, pass_, low.facts,
             low.fused,
         )  # fmt: skip
-    assert low.vertex is not None
+    assert isinstance(low, LoweredDraw) and isinstance(pass_, DrawPass)
     depth = None if pass_.depth is None else resources.number_of(Target(pass_.depth, node, -1))
     return DrawStep(
         low.name, low.vertex, low.fragment, low.varyings,

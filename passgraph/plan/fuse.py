@@ -11,7 +11,7 @@ from passgraph.language.facts import Facts, Fused, ImageFacts, fused_in, inner_f
 from passgraph.language.lower_cache import lower_once
 from passgraph.language.scalar import count, trips
 from passgraph.plan.limits import Limits
-from passgraph.plan.work import Lowered, Work
+from passgraph.plan.work import Lowered, LoweredPixels, Work
 
 #: Longest fused program in instructions: compile time grows faster than the savings.  Live values exceed the registers
 #: long before, and a driver takes about a second to compile a kernel of this length.
@@ -38,23 +38,30 @@ def fuse(work: Work, limits: Limits) -> None:
     if not work.options.fuse:
         return
     counts = _known(work, limits)
-    grown: dict[Pass, Lowered] = {}
+    grown: dict[Pass, None] = {}
     # Producers first, so that chains grow from their head.
-    for consumer in list(work.passes.values()):
-        if isinstance(consumer.node, PixelPass) and consumer.node in work.passes:
-            for image, target in list(consumer.images.items()):
-                if image in consumer.images and _fusable(target, consumer, counts, work):
-                    assert target.made_by is not None
-                    grown.pop(target.made_by, None)
-                    grown[consumer.node] = consumer
-                    _fuse_into(consumer, target, work)
-                    _note_fused(target.made_by, consumer, counts)
+    for node in list(work.passes):
+        consumer = work.passes.get(node)
+        if not isinstance(consumer, LoweredPixels):
+            continue
+        for image, target in list(consumer.images.items()):
+            if image in consumer.images and _fusable(target, consumer, counts, work):
+                assert target.made_by is not None
+                grown.pop(target.made_by, None)
+                grown[node] = None
+                work.passes[node] = consumer = _fused(consumer, target, work)
+                _note_fused(target.made_by, consumer, counts)
     # Lowered once, when the fused content is complete.
-    for consumer in grown.values():
-        assert isinstance(consumer.done, PixelPass)
-        _renumber(consumer)
-        consumer.program = lower_once(consumer.done.kernel.program, consumer.facts, work.programs)
-        consumer.images = {use.name: consumer.images[use.name] for use in consumer.program.images}
+    for node in grown:
+        work.passes[node] = _lowered_again(work.passes[node], work)
+
+
+def _lowered_again(consumer: Lowered, work: Work) -> LoweredPixels:
+    assert isinstance(consumer, LoweredPixels)
+    consumer = _renumbered(consumer)
+    assert isinstance(consumer.done, PixelPass)
+    program = lower_once(consumer.done.kernel.program, consumer.facts, work.programs)
+    return replace(consumer, program=program, images={use.name: consumer.images[use.name] for use in program.images})
 
 
 def _known(work: Work, limits: Limits) -> Known:
@@ -67,7 +74,7 @@ def _known(work: Work, limits: Limits) -> Known:
     numbers = {
         node: (low.program.float_count, low.program.int_count, trips(low.program.body))
         for node, low in work.passes.items()
-        if low.program is not None
+        if isinstance(low, LoweredPixels)
     }
     return Known(_static_passes(work), {t.content for t in work.roots()}, readers, lengths, numbers, limits)
 
@@ -84,16 +91,15 @@ def _note_fused(producer: Pass, consumer: Lowered, counts: Known) -> None:
 
 
 def _length(lowered: Lowered) -> int:
-    return count(lowered.program.body) if lowered.program is not None else 0
+    return count(lowered.program.body) if isinstance(lowered, LoweredPixels) else 0
 
 
-def _fusable(target: Target, consumer: Lowered, counts: Known, work: Work) -> bool:
+def _fusable(target: Target, consumer: LoweredPixels, counts: Known, work: Work) -> bool:
     producer = work.passes.get(target.made_by) if target.made_by is not None else None
-    if producer is None or not isinstance(producer.node, PixelPass) or producer.size != consumer.size:
+    if not isinstance(producer, LoweredPixels) or producer.size != consumer.size:
         return False
     if isinstance(producer.node, CountPass):
         return False  # a device that scatters needs a pass of its own
-    assert consumer.program is not None and producer.program is not None
     if any(target in counts.wanted for target in producer.colours):
         return False
     if counts.readers[producer.node] != {consumer.node}:
@@ -134,24 +140,27 @@ def _static_passes(work: Work) -> set[Pass]:
     return static
 
 
-def _fuse_into(consumer: Lowered, target: Target, work: Work) -> None:
-    assert target.made_by is not None and isinstance(consumer.node, PixelPass)
-    producer = work.passes[target.made_by]
-    assert isinstance(producer.done, PixelPass)
+def _fused(consumer: LoweredPixels, target: Target, work: Work) -> LoweredPixels:
+    """Return the consumer with the producer of one of its images inside, which it alone reads."""
+    assert target.made_by is not None
+    producer = work.passes.pop(target.made_by)
+    assert isinstance(producer, LoweredPixels) and isinstance(producer.done, PixelPass)
     prefix = f"p{producer.index}/"
-    images = dict(consumer.facts.images)
+    facts, images = dict(consumer.facts.images), dict(consumer.images)
     for name, read in consumer.node.images.items():
         if read.made_by is producer.node and name in consumer.images:
             slot = producer.slots.index(read.slot)
             fused = Fused(producer.done.kernel.program, producer.facts, prefix, slot)
-            images[name] = replace(images[name], fused=fused)
-            consumer.images.pop(name, None)
-    consumer.facts = replace(consumer.facts, images=images)
-    consumer.images |= {_prefixed(prefix, n): t for n, t in producer.images.items()}
-    consumer.values |= {_prefixed(prefix, n): v for n, v in producer.values.items()}
-    consumer.fused = (*producer.fused, producer.name, *consumer.fused)
+            facts[name] = replace(facts[name], fused=fused)
+            images.pop(name, None)
     work.notes.append(f"fused pass {producer.name} into {consumer.name}: read at the same pixel, by it alone")
-    del work.passes[producer.node]
+    return replace(
+        consumer,
+        facts=replace(consumer.facts, images=facts),
+        images=images | {_prefixed(prefix, n): t for n, t in producer.images.items()},
+        values={**consumer.values, **{_prefixed(prefix, n): v for n, v in producer.values.items()}},
+        fused=(*producer.fused, producer.name, *consumer.fused),
+    )
 
 
 def _prefixed(prefix: str, name: str) -> str:
@@ -159,7 +168,7 @@ def _prefixed(prefix: str, name: str) -> str:
     return name if "/" in name else prefix + name
 
 
-def _renumber(consumer: Lowered) -> None:
+def _renumbered(consumer: LoweredPixels) -> LoweredPixels:
     """Number the fused passes from 0 on, in writing order, so that equal sequences of passes become one program, which
     is lowered and compiled once."""
     renumbered: dict[int, Facts] = {}
@@ -169,9 +178,12 @@ def _renumber(consumer: Lowered) -> None:
     for facts in order:
         images = {name: _rename_image(image, new, renumbered) for name, image in facts.images.items()}
         renumbered[id(facts)] = replace(facts, images=images)
-    consumer.facts = renumbered[id(consumer.facts)]
-    consumer.images = {_renamed(name, new): target for name, target in consumer.images.items()}
-    consumer.values = {_renamed(name, new): value for name, value in consumer.values.items()}
+    return replace(
+        consumer,
+        facts=renumbered[id(consumer.facts)],
+        images={_renamed(name, new): target for name, target in consumer.images.items()},
+        values={_renamed(name, new): value for name, value in consumer.values.items()},
+    )
 
 
 def _rename_image(image: ImageFacts, prefixes: Mapping[str, str], renumbered: Mapping[int, Facts]) -> ImageFacts:

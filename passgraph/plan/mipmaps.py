@@ -15,8 +15,8 @@ from passgraph.graph.calls import PixelKernel, kernel
 from passgraph.graph.targets import Absolute, Target, TargetSpec
 from passgraph.language.ir import MIPS
 from passgraph.plan.sizes import level_sizes
-from passgraph.plan.specialize import specialize_pass
-from passgraph.plan.work import Lowered, Work
+from passgraph.plan.specialize import specialized
+from passgraph.plan.work import Lowered, Sized, Work
 
 #: A side of even length is halved by means of two texels; a side of odd length 2m + 1 by m means of three, with weights
 #: after Guthe and Heckbert, "Non-Power-of-Two Mipmapping" (NVIDIA, 2005).  A weight of 0 would turn an infinite
@@ -56,13 +56,14 @@ def add_levels(work: Work) -> None:
     work.passes.clear()
     level_pictures: dict[Target, Target] = {}
     for lowered in passes:
+        images = dict(lowered.images)
         for name, target in lowered.images.items():
             # With a single level, dead code may still refer to others.
             if name.endswith(MIPS) and target.has_levels and max(work.size_of(target)) > 1:
                 if target.content not in level_pictures:
                     level_pictures[target.content] = _levels(target, work)
-                lowered.images[name] = level_pictures[target.content].border(target.border_rule)
-        _add(lowered, work)
+                images[name] = level_pictures[target.content].border(target.border_rule)
+        _add(replace(lowered, images=images), work)
 
 
 def _add(lowered: Lowered, work: Work) -> None:
@@ -94,9 +95,7 @@ def _pass(
     target = kernel(*images, *values, into=spec, name=name)
     work.sizes[spec] = size
     assert target.made_by is not None
-    lowered = Lowered(target.made_by, size, 0)
-    specialize_pass(lowered, work)
-    _add(lowered, work)
+    _add(specialized(Sized(target.made_by, size, 0), work), work)
     return target
 
 

@@ -20,7 +20,7 @@ from passgraph.graph.targets import (
     Target,
     TargetSpec,
 )
-from passgraph.plan.work import Lowered, Work
+from passgraph.plan.work import Sized, Work
 
 #: Largest picture in bytes: a typing error in a size should not make the machine swap.
 MAX_PICTURE_BYTES = 16 << 30
@@ -34,7 +34,7 @@ def find_sizes(passes: list[Pass], work: Work) -> None:
         for spec in node.writes:
             work.makers.setdefault(spec, node)
     for index, node in enumerate(passes):
-        work.passes[node] = Lowered(node, _pass_size(node, work), index)
+        work.sized.append(Sized(node, _pass_size(node, work), index))
     if requested is not None:
         _check_asked(requested, work)
     work.size = work.size or work.size_of(next(iter(work.outputs.values())))
@@ -119,7 +119,7 @@ def _check_asked(size: tuple[int, int], work: Work) -> None:
     if any(work.sizes[spec] == size or not work.not_asked[spec] for spec in specs.values()):
         return
     is_used = any(not reason for reason in work.not_asked.values()) or any(
-        value is OUTPUT_SIZE for node in work.passes for value in sources_of(node.values)
+        value is OUTPUT_SIZE for one in work.sized for value in sources_of(one.node.values)
     )
     for name, spec in specs.items():
         reason, (width, height) = work.not_asked[spec], work.sizes[spec]

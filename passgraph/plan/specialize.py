@@ -20,7 +20,7 @@ from passgraph.language.scalar import LoadBuiltin, LoadTexel, Output, ScalarProg
 from passgraph.language.sized import loops_over_sizes
 from passgraph.language.types import Array
 from passgraph.plan.sizes import level_sizes
-from passgraph.plan.work import Lowered, Work
+from passgraph.plan.work import Lowered, LoweredDraw, LoweredPixels, Sized, Work
 
 
 def is_native(kernel: Kernel, work: Work) -> bool:
@@ -59,47 +59,54 @@ def image_facts(target: Target, where: str, work: Work, sized: bool = False, rea
 
 
 def specialize(work: Work) -> None:
-    for lowered in work.passes.values():
-        specialize_pass(lowered, work)
+    work.passes = {one.node: specialized(one, work) for one in work.sized}
 
 
-def specialize_pass(lowered: Lowered, work: Work) -> None:
-    node = lowered.node
-    lowered.values = dict(node.values)
+def specialized(one: Sized, work: Work) -> Lowered:
+    """Return a pass with its programs."""
+    node = one.node
     sized = _needs_sizes(node)
     # Smaller levels are stored in a picture of the same format, which :mod:`.mipmaps` substitutes for the image.
     read = {**node.images, **{name + MIPS: target for name, target in node.images.items()}}
     where = f"pass {node.name!r}"
     images = {name: image_facts(target, where, work, sized, node) for name, target in read.items()}
+    size = one.size if sized else None
+    lowered: Lowered
     if isinstance(node, PixelPass):
-        stores = tuple(spec.format.store for spec in node.into)
-        size = lowered.size if sized else None
-        native = native_functions(node.kernel, work)
-        contracts = contracts_products(node.kernel, work)
-        lowered.facts = Facts(node.constants, images, stores, work.options.simplify, size, native, contracts)
-        lowered.program = lower_once(node.kernel.program, lowered.facts, work.programs)
-        _filter_in_kernel(lowered, work)
-        lowered.images = used_images(lowered.program, read, node, work)
-        check_relative(lowered, work)
+        lowered = _pixels(node, one, images, size, work)
     else:
-        _specialize_draw(node, lowered, images, lowered.size if sized else None, work)
-        for program in (lowered.vertex, lowered.fragment):
-            lowered.images |= {} if program is None else used_images(program, read, node, work)
+        lowered = _draw(node, one, images, size, work)
+    used: dict[str, Target] = {}
+    for program in lowered.programs:
+        used |= used_images(program, read, node, work)
+    lowered = replace(lowered, images=used)
+    if isinstance(lowered, LoweredPixels):
+        check_relative(lowered, work)
+    return lowered
 
 
-def _filter_in_kernel(lowered: Lowered, work: Work) -> None:
-    """Filter in the kernel if a pixel pass also reads the picture by texel: a texture has one filter per pass."""
-    assert lowered.program is not None and isinstance(lowered.node, PixelPass)
-    loads = [i for i in walk(lowered.program.body) if isinstance(i, LoadTexel)]
+def _pixels(
+    node: PixelPass, one: Sized, images: dict[str, ImageFacts], size: tuple[int, int] | None, work: Work
+) -> LoweredPixels:
+    stores = tuple(spec.format.store for spec in node.into)
+    native, contracts = native_functions(node.kernel, work), contracts_products(node.kernel, work)
+    facts = Facts(node.constants, images, stores, work.options.simplify, size, native, contracts)
+    program = lower_once(node.kernel.program, facts, work.programs)
+    # Filter in the kernel if it also reads the picture by texel: a texture has one filter per pass.
+    loads = [i for i in walk(program.body) if isinstance(i, LoadTexel)]
     filtered = {i.image for i in loads if i.filtered}
     both = filtered & {i.image for i in loads if not i.filtered}
     if both:
-        images = {n: replace(f, by_device=f.by_device and n not in both) for n, f in lowered.facts.images.items()}
-        lowered.facts = replace(lowered.facts, images=images)
-        lowered.program = lower_once(lowered.node.kernel.program, lowered.facts, work.programs)
+        images = {n: replace(f, by_device=f.by_device and n not in both) for n, f in facts.images.items()}
+        facts = replace(facts, images=images)
+        program = lower_once(node.kernel.program, facts, work.programs)
     for name in sorted(filtered - both):
-        where = f"pass {lowered.name} samples {lowered.node.images[name].name}"
+        where = f"pass {node.name} samples {node.images[name].name}"
         work.notes.append(f"{where} by the device's own filter, whose weights have 8 bits")
+    return LoweredPixels(
+        node, one.size, one.index, done=node, slots=tuple(range(len(node.into))), facts=facts, images={},
+        values=node.values, program=program,
+    )  # fmt: skip
 
 
 def _needs_sizes(node: Pass) -> bool:
@@ -109,24 +116,27 @@ def _needs_sizes(node: Pass) -> bool:
     )
 
 
-def _specialize_draw(
-    node: DrawPass, lowered: Lowered, images: dict[str, ImageFacts], size: tuple[int, int] | None, work: Work
-) -> None:
+def _draw(
+    node: DrawPass, one: Sized, images: dict[str, ImageFacts], size: tuple[int, int] | None, work: Work
+) -> LoweredDraw:
     blends = node.state.blend or (None,) * len(node.into)
     # The backend quantizes a blended target after blending.
     stores = tuple(((), ()) if blend else spec.format.store for spec, blend in zip(node.into, blends, strict=True))
     simplify = work.options.simplify
     native = native_functions(node.vertex, work)
-    lowered.vertex_facts = Facts(node.constants, images, (), simplify, lowered.size, native)
+    vertex_facts = Facts(node.constants, images, (), simplify, one.size, native)
     # Products of vertex kernels are not contracted: passes that draw one mesh need the same depths.
     shading = node.fragment or node.vertex
     native, contracts = native_functions(shading, work), contracts_products(shading, work)
-    lowered.facts = Facts(node.constants, images, stores, simplify, size, native, contracts)
-    vertex = lower_once(node.vertex.program, lowered.vertex_facts, work.programs)
-    if node.fragment is not None:
-        lowered.fragment = lower_once(node.fragment.program, lowered.facts, work.programs)
-    lowered.varyings = varyings_of(lowered.fragment)
-    lowered.vertex = link(vertex, lowered.varyings)
+    facts = Facts(node.constants, images, stores, simplify, size, native, contracts)
+    vertex = lower_once(node.vertex.program, vertex_facts, work.programs)
+    fragment = None if node.fragment is None else lower_once(node.fragment.program, facts, work.programs)
+    varyings = varyings_of(fragment)
+    return LoweredDraw(
+        node, one.size, one.index, done=node, slots=tuple(range(len(node.into))), facts=facts, images={},
+        values=node.values, vertex=link(vertex, varyings), vertex_facts=vertex_facts, fragment=fragment,
+        varyings=varyings,
+    )  # fmt: skip
 
 
 def varyings_of(fragment: ScalarProgram | None) -> tuple[BuiltinName, ...]:
@@ -157,9 +167,8 @@ def used_images(program: ScalarProgram, images: dict[str, Target], node: Pass, w
     return {use.name: long.get(use.name) or images[use.name] for use in program.images}
 
 
-def check_relative(lowered: Lowered, work: Work) -> None:
+def check_relative(lowered: LoweredPixels, work: Work) -> None:
     """Check that images read as ``image[dx, dy]`` have the pass's size."""
-    assert lowered.program is not None
     for use in lowered.program.images:
         size = work.size_of(lowered.images[use.name])
         if use.relative and size != lowered.size:

@@ -11,7 +11,7 @@ from passgraph.language.ir import TypedKernel
 from passgraph.language.kernel import Kernel
 from passgraph.language.lower_cache import lower_once
 from passgraph.plan.specialize import link, varyings_of
-from passgraph.plan.work import Lowered, Work
+from passgraph.plan.work import Lowered, LoweredDraw, LoweredPixels, Work
 
 
 def cull(work: Work) -> None:
@@ -50,13 +50,13 @@ def trim(work: Work) -> bool:
     # A pass without live targets is drawn over unread, and is dropped once the draws over it are trimmed.
     makers = {target.made_by for target in live}
     changed = False
-    for lowered in (lowered for node, lowered in work.passes.items() if node in makers):
+    for node, lowered in [row for row in work.passes.items() if row[0] in makers]:
         dead = [target for target in lowered.colours if target not in live]
         live_slots = _kept(lowered, dead)
         if len(live_slots) < len(lowered.slots):
             names = ", ".join(target.name for target in dead)
             work.notes.append(f"left out {names} of pass {lowered.name}: nothing that reaches an output reads it")
-            _keep_targets(lowered, live_slots, work)
+            work.passes[node] = _with_targets(lowered, live_slots, work)
             changed = True
     return changed
 
@@ -88,42 +88,45 @@ def _kept(lowered: Lowered, dead: Sequence[Target]) -> list[int]:
     """Return the color targets that stay, by number."""
     live_slots = [number for number, target in enumerate(lowered.colours) if target not in dead]
     # Without color targets there is no fragment program, which may be what discards depth.
-    discards = lowered.fragment is not None and lowered.fragment.keep is not None
+    discards = any(program.keep is not None for program in lowered.programs)
     return live_slots or ([0] if discards else [])
 
 
-def _keep_targets(lowered: Lowered, slots: Sequence[int], work: Work) -> None:
-    """Lower a pass again with some of its color targets."""
-    lowered.facts = replace(lowered.facts, stores=_chosen(lowered.facts.stores, slots))
-    if isinstance(lowered.done, DrawPass):
-        lowered.trimmed = _draw_with(lowered, lowered.done, slots, work)
-    else:
-        lowered.trimmed = _pixels_with(lowered, lowered.done, slots, work)
-    lowered.slots = _chosen(lowered.slots, slots)
-    programs = (lowered.program, lowered.vertex, lowered.fragment)
-    read = {use.name for program in programs if program is not None for use in program.images}
-    lowered.images = {name: target for name, target in lowered.images.items() if name in read}
+def _with_targets(lowered: Lowered, slots: Sequence[int], work: Work) -> Lowered:
+    """Return a pass that is lowered again with some of its color targets."""
+    facts = replace(lowered.facts, stores=_chosen(lowered.facts.stores, slots))
+    lowered = replace(lowered, facts=facts, slots=_chosen(lowered.slots, slots))
+    if isinstance(lowered, LoweredDraw):
+        lowered = _draw_with(lowered, slots, work)
+    elif isinstance(lowered, LoweredPixels):
+        lowered = _pixels_with(lowered, slots, work)
+    read = {use.name for program in lowered.programs for use in program.images}
+    return replace(lowered, images={name: target for name, target in lowered.images.items() if name in read})
 
 
-def _pixels_with(lowered: Lowered, node: PixelPass, slots: Sequence[int], work: Work) -> PixelPass:
+def _pixels_with(lowered: LoweredPixels, slots: Sequence[int], work: Work) -> LoweredPixels:
+    node = lowered.done
+    assert isinstance(node, PixelPass)
     kernel = Kernel.of_program(_with_results(node.kernel.program, slots))
-    lowered.program = lower_once(kernel.program, lowered.facts, work.programs)
-    return replace(node, kernel=kernel, into=_chosen(node.into, slots))
+    done = replace(node, kernel=kernel, into=_chosen(node.into, slots))
+    return replace(lowered, done=done, program=lower_once(kernel.program, lowered.facts, work.programs))
 
 
-def _draw_with(lowered: Lowered, drawn: DrawPass, slots: Sequence[int], work: Work) -> DrawPass:
+def _draw_with(lowered: LoweredDraw, slots: Sequence[int], work: Work) -> LoweredDraw:
+    drawn = lowered.done
+    assert isinstance(drawn, DrawPass)
     state = replace(
         drawn.state, blend=_chosen(drawn.state.blend, slots), color_mask=_chosen(drawn.state.color_mask, slots)
     )
-    fragment = None
+    kernel = None
     if drawn.fragment is not None and slots:
-        fragment = Kernel.of_program(_with_results(drawn.fragment.program, slots))
-    lowered.fragment = None if fragment is None else lower_once(fragment.program, lowered.facts, work.programs)
-    lowered.varyings = varyings_of(lowered.fragment)
-    vertex = lower_once(drawn.vertex.program, lowered.vertex_facts, work.programs)
-    lowered.vertex = link(vertex, lowered.varyings)
+        kernel = Kernel.of_program(_with_results(drawn.fragment.program, slots))
+    fragment = None if kernel is None else lower_once(kernel.program, lowered.facts, work.programs)
+    varyings = varyings_of(fragment)
+    vertex = link(lower_once(drawn.vertex.program, lowered.vertex_facts, work.programs), varyings)
     into, loads = _chosen(drawn.into, slots), _chosen(drawn.loads, slots)
-    return replace(drawn, fragment=fragment, into=into, loads=loads, state=state)
+    done = replace(drawn, fragment=kernel, into=into, loads=loads, state=state)
+    return replace(lowered, done=done, vertex=vertex, fragment=fragment, varyings=varyings)
 
 
 def _with_results(program: TypedKernel, slots: Sequence[int]) -> TypedKernel:

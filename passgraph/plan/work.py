@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from passgraph.formats import Format, float_format
@@ -16,34 +17,30 @@ from passgraph.plan.data import BufferSpec, Options
 from passgraph.plan.limits import Limits
 
 
-@dataclass
-class Lowered:
-    """A pass with its scalar programs, which the phases fill in."""
+@dataclass(frozen=True)
+class Sized:
+    """A pass with the size of its targets."""
 
     node: Pass
     size: tuple[int, int]
     index: int  # position in writing order
-    program: ScalarProgram | None = None  # pixel passes
-    facts: Facts = field(default_factory=Facts)
-    vertex: ScalarProgram | None = None  # draws
-    vertex_facts: Facts = field(default_factory=Facts)
-    fragment: ScalarProgram | None = None
-    varyings: tuple[BuiltinName, ...] = ()
-    #: Image name in the program → its target; after culling only images that are really read.
-    images: dict[str, Target] = field(default_factory=dict)
-    values: dict[str, object] = field(default_factory=dict)
-    fused: tuple[str, ...] = ()
-    #: The pass without unused targets, and the indices of the targets that remain.
-    trimmed: Pass | None = None
-    slots: tuple[int, ...] = ()
 
-    def __post_init__(self) -> None:
-        self.slots = self.slots or tuple(range(len(self.node.into)))
+
+@dataclass(frozen=True, kw_only=True)
+class Lowered(Sized):
+    """A pass with what its scalar programs read; phases replace it by changed ones."""
+
+    done: Pass  # the pass with its remaining targets
+    slots: tuple[int, ...]  # the indices of the targets that remain
+    facts: Facts
+    #: Image name in the programs → its target; after culling only images that are really read.
+    images: Mapping[str, Target]
+    values: Mapping[str, object]
 
     @property
-    def done(self) -> Pass:
-        """Return the pass with its remaining targets."""
-        return self.trimmed or self.node
+    def programs(self) -> tuple[ScalarProgram, ...]:
+        """Return its programs in the order of their images."""
+        raise NotImplementedError
 
     @property
     def colours(self) -> list[Target]:
@@ -65,6 +62,32 @@ class Lowered:
         return [*(t.content for t in self.images.values() if not t.is_previous), *self.done.drawn_over]
 
 
+@dataclass(frozen=True, kw_only=True)
+class LoweredPixels(Lowered):
+    """A pixel pass with its program."""
+
+    program: ScalarProgram
+    fused: tuple[str, ...] = ()  # names of passes computed inside this one
+
+    @property
+    def programs(self) -> tuple[ScalarProgram, ...]:
+        return (self.program,)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoweredDraw(Lowered):
+    """A draw with its linked programs; ``fragment`` is None for a draw of depth alone."""
+
+    vertex: ScalarProgram
+    vertex_facts: Facts
+    fragment: ScalarProgram | None
+    varyings: tuple[BuiltinName, ...]
+
+    @property
+    def programs(self) -> tuple[ScalarProgram, ...]:
+        return (self.vertex,) if self.fragment is None else (self.vertex, self.fragment)
+
+
 @dataclass
 class Work:
     """State shared by the phases of planning."""
@@ -75,6 +98,7 @@ class Work:
     inputs: dict[InputSpec, tuple[Format, tuple[int, int]]]
     limits: Limits = field(default_factory=Limits)  # of the device
     in_windows: bool = False  # pictures are never allocated whole, so any size is allowed
+    sized: list[Sized] = field(default_factory=list)
     passes: dict[Pass, Lowered] = field(default_factory=dict)
     #: For history: the last content of each target that is read in a later run.
     final: dict[TargetSpec, Target] = field(default_factory=dict)
