@@ -96,9 +96,9 @@ class Printer(ABC):
     def builtin(self, name: BuiltinName) -> str:
         """Return the expression of a builtin."""
 
-    def texel(self, load: s.LoadTexel) -> None:
-        """Print one texel load and :meth:`name` (or :meth:`value`) its results."""
-        raise AssertionError(load)  # lowered before
+    def sample(self, load: s.Sample) -> None:
+        """Print one sample of a texture, and :meth:`name` (or :meth:`value`) its results."""
+        raise AssertionError(load)
 
     def load(self, load: s.Load) -> None:
         """Print the loads of numbers from a buffer, for languages that have them."""
@@ -132,14 +132,14 @@ class Printer(ABC):
         self.lines[:0] = lines
         self.spans[:0] = [self.program.sources[0] if self.program.sources else NOWHERE] * len(lines)
 
-    def called(self, functions: dict[str, str]) -> str:
+    def called(self, functions: Mapping[str, str]) -> str:
         """Return those of ``functions`` (name → text) that the text calls so far, in order.
 
         Functions may call earlier ones.
         """
         text = "\n".join(self.lines)
         needed: list[str] = []
-        for name in reversed(functions):
+        for name in reversed(list(functions)):
             if f"{name}(" in text:
                 needed.append(functions[name].strip("\n"))
                 text += functions[name]
@@ -211,7 +211,7 @@ class Printer(ABC):
     def instruction(self, i: s.Instruction) -> None:
         if isinstance(i, s.Op):
             self.move(i.span)
-            inlined = i.on in (s.INDEX, s.LONG) and self.uses[i.to.id] == 1
+            inlined = i.on in (s.INDEX, s.LONG, s.COORDINATE) and self.uses[i.to.id] == 1
             (self.name if inlined else self.value)(i.to, self.operation(i, [self.operand(a) for a in i.arguments]))
         elif isinstance(i, s.Choose):
             condition, then, orelse = (self.operand(a) for a in (i.condition, i.then, i.orelse))
@@ -225,9 +225,9 @@ class Printer(ABC):
             self.value(i.to, self.table(i.table, self.operand(i.index)))
         elif isinstance(i, s.LoadBuiltin):
             self.name(i.to, self.builtin(i.name))
-        elif isinstance(i, s.LoadTexel):
+        elif isinstance(i, s.Sample):
             self.move(i.span)
-            self.texel(i)
+            self.sample(i)
         elif isinstance(i, s.Load):
             self.move(i.span)
             self.load(i)
@@ -327,6 +327,7 @@ SPELLED: dict[str, dict[str, str]] = {
         "min": "min({0}, {1})", "max": "max({0}, {1})", "not_equal": "({0} != {1})",
         "less": "({0} < {1})", "greater_equal": "({0} >= {1})",
     },
+    s.COORDINATE: {"add": "({0} + {1})", "sub": "({0} - {1})", "mul": "({0} * {1})", "clamp": "clamp({0}, {1}, {2})"},
     "bool": {
         "logical_and": "({0} && {1})", "logical_or": "({0} || {1})", "logical_not": "(!{0})",
         "to_int": "({0} ? 1 : 0)",
@@ -352,7 +353,13 @@ def spelled(own: Mapping[str, Mapping[str, str]]) -> dict[str, dict[str, str]]:
 class CLike(Printer):
     """A language with C's statements."""
 
-    types: ClassVar[Mapping[str, str]] = {"bool": "bool", "int": "int", "float": "float", s.INDEX: "int"}
+    types: ClassVar[Mapping[str, str]] = {
+        "bool": "bool",
+        "int": "int",
+        "float": "float",
+        s.INDEX: "int",
+        s.COORDINATE: "float",
+    }
 
     def declared(self, type_: str) -> str:
         """Return the declaration of a value without its name: type and qualifiers."""

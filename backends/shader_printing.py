@@ -1,29 +1,22 @@
 """Print scalar programs as shaders: what GLSL and WGSL have in common.
 
-Texels are read through samplers, at their centers in texture coordinates (exact in float32 for pictures up to 2²¹
-texels a side): filters are nearest, and textures clamp to their edge.  Border rules that samplers lack are functions.
+Texels are read through samplers (:mod:`passgraph.language.lowering.textures`).
 """
 
 from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
-from functools import cache
 from typing import ClassVar
 
 from passgraph.backends.foreseen import foreseen_values
 from passgraph.backends.printing import Listing, Printer
 from passgraph.language import scalar as s
-from passgraph.language.borders import BORDERS, border_name, border_program
 from passgraph.language.builtin_name import BuiltinName
+from passgraph.language.lowering import lowered
+from passgraph.language.lowering.textures import TexelsInTextures, Texture
 
 LETTERS = "xyzw"
-#: Larger than every picture, and small enough that its float stays an int after multiplication and rounding.  Larger
-#: offsets are reduced first: adding the pixel's position could overflow 32 bits.
-FARTHEST_TEXEL = 1 << 30
-#: ``pg_near_mod`` is exact up to here: the float quotient is off by less than one.  ``pg_nearer`` reduces every int to
-#: less than b + 1024 from 0, at the same place in a period of b.
-NEAR = 1 << 20
 
 
 def vec4_count(components: int) -> int:
@@ -35,7 +28,6 @@ class ShaderPrinter(Printer):
 
     #: Names of types.
     float_: ClassVar[str]
-    uint: ClassVar[str]
     vec2: ClassVar[str]
     ivec2: ClassVar[str]
     vec4: ClassVar[str]
@@ -43,15 +35,22 @@ class ShaderPrinter(Printer):
     fragment: ClassVar[str]
     #: The derivative along x or y, without that letter.
     derivative: ClassVar[str]
-    #: Head of a border rule's function, and definitions of the helper functions by name, which may call earlier ones.
-    border_head: ClassVar[str]
+    #: The names of images, without their number.
+    image_: str
+    #: Definitions of the helper functions by name, which may call earlier ones.
     helpers: ClassVar[Mapping[str, str]]
     #: Builtins → expression.
     output_size: ClassVar[str]
     front_facing: ClassVar[str]
 
-    def __init__(self, program: s.ScalarProgram, varyings: tuple[BuiltinName, ...] = ()) -> None:
-        super().__init__(program)
+    def __init__(
+        self,
+        program: s.ScalarProgram,
+        varyings: tuple[BuiltinName, ...] = (),
+        textures: Mapping[str, Texture] | None = None,
+    ) -> None:
+        lies = textures or {use.name: Texture() for use in program.images}
+        super().__init__(lowered(program, [TexelsInTextures(lies)]))
         self.varyings = varyings
         self.image_numbers = {use.name: k for k, use in enumerate(program.images)}
         self.foreseen = foreseen_values(program)
@@ -120,8 +119,6 @@ class ShaderPrinter(Printer):
         return f"{self.vec4}({', '.join([*values, *missing[len(values) :]])})"
 
     def operation(self, op: s.Op, arguments: list[str]) -> str:
-        if self.program.stage == "border" and op.operation == "int_mod":
-            return f"pg_near_mod({', '.join(arguments)})"
         # Compilers that assume no NaN fold x != x; they do not fold bit operations.
         if op.on == "float" and op.operation in ("equal", "not_equal") and arguments[0] == arguments[1]:
             return f"{'!' if op.operation == 'equal' else ''}pg_isnan({arguments[0]})"
@@ -130,15 +127,13 @@ class ShaderPrinter(Printer):
     # Builtins
 
     def builtin(self, name: BuiltinName) -> str:
-        if self.program.stage == "border":
-            return name.kind
         component = "" if name.component is None else f".{LETTERS[name.component]}"
         if name.kind == "pixel":
             return self.pixel() + component
         if name.kind == "output_size":
             return self.output_size + component
-        if name.kind == "size":
-            return self.size(name.of) + component
+        if name.kind in ("size", "texel", "here"):
+            return {"size": self.size, "texel": self.width, "here": self.here_in}[name.kind](name.of) + component
         if name.kind == "vertex":
             return f"in_{name.of}{component}"
         if name.kind == "varying":
@@ -191,60 +186,13 @@ class ShaderPrinter(Printer):
         name = f"pg_here{self.image_numbers[image]}"
         return self.declare(self.vec2, name, f"{self.fragment}.xy * {self.width(image)}")
 
-    def center(self, image: str, axis: str, number: str) -> str:
-        """Return the center of a column or row in texture coordinates."""
-        return f"({number} + 0.5) * {self.width(image)}.{axis}"
+    def texture(self, image: str) -> str:
+        """Return the name of an image's texture."""
+        return f"{self.image_}{self.image_numbers[image]}"
 
-    def is_turned(self, image: str, axis: str) -> bool:
-        """Return True if texture coordinates count from the other end of an image."""
-        return False
-
-    def within(self, image: str, axis: str, place: str) -> str:
-        """Clamp a texture coordinate to the image, if its sampler does not."""
-        return place
-
-    def place(self, load: s.LoadTexel) -> tuple[str, list[str]]:
-        """Return a texel's center, and the conditions under which a zero border shows the texel."""
-        (x, in_x), (y, in_y) = (self._place(load, axis, at) for axis, at in zip("xy", (load.x, load.y), strict=True))
-        return f"{self.vec2}({x}, {y})", [*in_x, *in_y]
-
-    def _place(self, load: s.LoadTexel, axis: str, offset: s.Operand) -> tuple[str, list[str]]:
-        image, known = load.image, int(offset.value) if isinstance(offset, s.Lit) else None
-        if load.relative and known == 0:
-            return f"{self.here_in(image)}.{axis}", []  # the image is as large as the target
-        text, count = self.operand(offset), f"{self.size(image)}.{axis}"
-        use, rule = self.program.image(image), BORDERS[load.border]
-        reach = max(map(abs, use.x if axis == "x" else use.y))
-        if rule.period and (not load.relative or reach > NEAR):
-            known, text = None, f"pg_nearer({text}, {rule.period.replace('size', count)})"
-        elif load.relative and reach > FARTHEST_TEXEL:
-            known, text = None, f"clamp({text}, -2 * {count}, 2 * {count})"
-        coordinate = f"({self.pixel()}.{axis} + {text})" if load.relative else text
-        if not rule.is_nearest:
-            return self.center(image, axis, f"{self.float_}({border_name(load.border)}({coordinate}, {count}))"), []
-        turned = self.is_turned(image, axis)
-        if known is None:
-            # Drivers convert the coordinate to int before they clamp it; too large a number wraps to the other edge.
-            nearer = f"max({text}, -{FARTHEST_TEXEL})" if turned else f"min({text}, {FARTHEST_TEXEL})"
-            number = f"{self.float_}({nearer})"
-        else:
-            number = self.float_literal(min(max(known, -FARTHEST_TEXEL), FARTHEST_TEXEL))
-        if load.relative:
-            place = f"{self.here_in(image)}.{axis} {'-' if turned else '+'} {number} * {self.width(image)}.{axis}"
-        else:
-            place = self.center(image, axis, number)
-        place = self.within(image, axis, place)
-        if not rule.blank:
-            return place, []
-        if known is None:
-            # as unsigned, negative numbers exceed all counts
-            return place, [f"{self.uint}({coordinate}) < {self.uint}({count})"]
-        low, high = (known < 0, known > 0) if load.relative else (known < 0, True)
-        return place, [f"{coordinate} >= 0"] * low + [f"{coordinate} < {count}"] * high
-
-    def name_channels(self, load: s.LoadTexel, fetch: str) -> None:
+    def name_channels(self, load: s.Sample, fetch: str) -> None:
         """Fetch a texel, and name the channels that the program reads."""
-        first = next(v for v in load.to if v is not None)
+        first = next(iter(s.results_of(load)))
         self.line(self.declaration(self.vec4, f"t{first.id}", fetch, exact=False))
         for value, letter in zip(load.to, LETTERS, strict=False):
             if value is not None:
@@ -261,20 +209,6 @@ class ShaderPrinter(Printer):
         self.depth = 0
         self.line("}")
         declared = "".join(f"\n    {text}" for text in self.declarations.values())
-        parts = [*self.interface(), self.called(self.functions()), f"{self.head()}\n{{{declared}"]
+        parts = [*self.interface(), self.called(self.helpers), f"{self.head()}\n{{{declared}"]
         self.front("\n".join(part for part in parts if part))
         return self.listing()
-
-    @classmethod
-    @cache
-    def functions(cls) -> dict[str, str]:
-        """Return every helper function by name; border rules that samplers have need no function."""
-        rules = [rule for rule, border in BORDERS.items() if not border.is_nearest]
-        return {**cls.helpers, **{border_name(rule): cls(border_program(rule)).border_function(rule) for rule in rules}}
-
-    def border_function(self, rule: str) -> str:
-        """Print a function that maps a column or row index into the picture."""
-        self.line(f"{self.border_head.format(border_name(rule))}\n{{")
-        self.indented(self.program.body)
-        self.line(f"    return {self.operand(self.program.outputs[0].values[0])};\n}}")
-        return self.listing().text

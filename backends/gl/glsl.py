@@ -15,11 +15,11 @@ from passgraph.backends.base import ATTRIBUTES
 from passgraph.backends.gl.dialect import GLSL_330, Dialect
 from passgraph.backends.gl.textures import ALL_PLAIN, Placement, Placements
 from passgraph.backends.printing import FLOOR_DIVIDE, INT_MOD, CLike, builtin_calls, spelled
-from passgraph.backends.shader_printing import FARTHEST_TEXEL, LETTERS, ShaderPrinter, vec4_count
+from passgraph.backends.shader_printing import LETTERS, ShaderPrinter, vec4_count
 from passgraph.language import native
 from passgraph.language import scalar as s
-from passgraph.language.borders import BORDERS, border_name
 from passgraph.language.builtin_name import OUTPUT_SIZE, BuiltinName
+from passgraph.language.lowering.textures import Texture
 
 #: The negation of a bool.
 NEGATED = "({0} ^^ true)"
@@ -28,6 +28,7 @@ SPELLED = spelled({
     "float": {
         "abs": "abs({0})", "round": "roundEven({0})", "bits_from_float": "floatBitsToInt({0})",
         **builtin_calls(native.GLSL, atan2="atan"), "fma": "FMA({0}, {1}, {2})",
+        "mix": "mix({0}, {1}, {2})",
     },
     "int": {
         "add": "({0} + {1})", "sub": "({0} - {1})", "mul": "({0} * {1})", "neg": "(-{0})", "abs": "pg_abs({0})",
@@ -35,6 +36,11 @@ SPELLED = spelled({
     },
     # Not "!": NVIDIA's compiler turns !(a < b) into a >= b, which differs for NaN.
     "bool": {"to_float": "({0} ? 1.0 : 0.0)", "logical_not": NEGATED},
+    s.INDEX: {
+        "int_mod": "pg_near_mod({0}, {1})", "nearer": "pg_nearer({0}, {1})", "below": "(uint({0}) < uint({1}))",
+        "to_coordinate": "float({0})",
+    },
+    s.COORDINATE: {"floor": "floor({0})", "fract": "fract({0})", "to_index": "int({0})"},
 })  # fmt: skip
 
 #: Name → definition.  Definitions may call earlier ones.
@@ -58,7 +64,7 @@ int pg_to_int(float x)
 """,
     "pg_floor_divide": FLOOR_DIVIDE,
     "pg_int_mod": INT_MOD,
-    # Part of the border rules, where b is a size: devices divide ints one by one, but floats in vectors.
+    # Of addresses, where b is a size: devices divide ints one by one, but floats in vectors.
     "pg_nearer": """
 int pg_nearer(int a, int b)
 {
@@ -90,7 +96,6 @@ class Names:
 
 
 NAMES = {
-    "border": Names("", "", ""),
     "pixel": Names("pg_floats", "pg_ints", "pg_image"),
     "vertex": Names("pg_vertex_floats", "pg_vertex_ints", "pg_vertex_image"),
     "fragment": Names("pg_floats", "pg_ints", "pg_image"),
@@ -111,9 +116,9 @@ class GLSL(ShaderPrinter, CLike):
     """Prints a program of any stage as one shader."""
 
     spelled: ClassVar[Mapping[str, Mapping[str, str]]] = SPELLED
-    float_, uint, vec2, ivec2, vec4 = "float", "uint", "vec2", "ivec2", "vec4"
+    float_, vec2, ivec2, vec4 = "float", "vec2", "ivec2", "vec4"
     fragment, derivative = "gl_FragCoord", "dFd"
-    border_head, helpers = "int {}(int i, int size)", FUNCTIONS
+    helpers = FUNCTIONS
     output_size, front_facing = "pg_output_size", "gl_FrontFacing"
     #: The center of this pixel in the target.
     center_here: ClassVar[str] = "gl_FragCoord.xy"
@@ -125,10 +130,12 @@ class GLSL(ShaderPrinter, CLike):
         placements: Placements = ALL_PLAIN,
         dialect: Dialect = GLSL_330,
     ) -> None:
-        super().__init__(program, varyings)
+        lies = {use.name: placements.placement(number) for number, use in enumerate(program.images)}
+        super().__init__(program, varyings, {name: Texture(p.bottom_up, p.is_part) for name, p in lies.items()})
         self.placements = placements
         self.dialect = dialect
         self.own = NAMES[program.stage]
+        self.image_ = self.own.image
 
     # Hooks
 
@@ -137,7 +144,7 @@ class GLSL(ShaderPrinter, CLike):
 
     def declared(self, type_: str) -> str:
         # Comparisons too: an imprecise !(a < b) may become a >= b, which differs for NaN.
-        return self.types[type_] if type_ == "int" else f"PRECISE {self.types[type_]}"
+        return f"PRECISE {self.types[type_]}" if type_ in ("bool", "float") else self.types[type_]
 
     def declaration(self, type_: str, name: str, expression: str, exact: bool) -> str:
         return f"{'PRECISE ' * exact}{type_} {name} = {expression};"
@@ -170,69 +177,19 @@ class GLSL(ShaderPrinter, CLike):
         chosen = f"mix({first}, {second}, {is_second})"
         return chosen if self.dialect.is_precise else f"(pg_isnan({first}) ? {first} : {chosen})"
 
-    def texel(self, load: s.LoadTexel) -> None:
+    def sample(self, load: s.Sample) -> None:
         """Read a texel by ``textureLod``, which takes llvmpipe two thirds of the time of ``texelFetch``."""
-        image = f"{self.own.image}{self.image_numbers[load.image]}"
-        if load.filtered and self._placement(load.image).is_part and load.border != "clamp":
-            self.name_channels(load, self._mixed(load, image))
-            return
-        place, inside = (self._filtered_place(load), []) if load.filtered else self.place(load)
-        fetch = f"textureLod({image}, {place}, 0.0)"
-        if inside:
-            fetch = f"({' && '.join(inside)}) ? {fetch} : vec4(0.0)"
-        self.name_channels(load, fetch)
+        image, x, y = self.texture(load.image), self.operand(load.x), self.operand(load.y)
+        if {load.x.type, load.y.type} <= {"int", s.INDEX}:
+            self.name_channels(load, f"texelFetch({image}, ivec2({x}, {y}), 0)")
+        else:
+            self.name_channels(load, f"textureLod({image}, vec2({x}, {y}), 0.0)")
 
-    def _mixed(self, load: s.LoadTexel, image: str) -> str:
-        """Print a bilinear sample of a part of a texture by four texels: samplers wrap at the edges of textures."""
-        name, size = f"p{next(v for v in load.to if v is not None).id}", self.size(load.image)
-        lies, rule, region = self._placement(load.image), BORDERS[load.border], self._region(load.image)
-        place = f"vec2({self.operand(load.x)}, {self.operand(load.y)}) * vec2({size}) - 0.5"
-        self.line(f"vec2 {name} = clamp({place}, -{FARTHEST_TEXEL}.0, {FARTHEST_TEXEL}.0);")
-        self.line(f"ivec2 {name}_corner = ivec2(floor({name}));")
-
-        def texel(right: int, down: int) -> str:
-            found, inside = [], []
-            for axis, step in zip("xy", (right, down), strict=True):
-                at, count = f"({name}_corner.{axis} + {step})", f"{size}.{axis}"
-                inside.append(f"uint({at}) < uint({count})")
-                if rule.is_nearest:
-                    found.append(f"clamp({at}, 0, {count} - 1)")
-                else:
-                    near = f"pg_nearer({at}, {rule.period.replace('size', count)})"
-                    found.append(f"{border_name(load.border)}({near}, {count})")
-            row = f"{size}.y - 1 - {found[1]}" if lies.bottom_up else found[1]
-            fetch = f"texelFetch({image}, {region}.xy + ivec2({found[0]}, {row}), 0)"
-            return f"({' && '.join(inside)} ? {fetch} : vec4(0.0))" if rule.blank else fetch
-
-        rows = [f"mix({texel(0, down)}, {texel(1, down)}, fract({name}.x))" for down in (0, 1)]
-        return f"mix({rows[0]}, {rows[1]}, fract({name}.y))"
-
-    def _filtered_place(self, load: s.LoadTexel) -> str:
-        """Convert a position in [0, 1] to texture coordinates, clamped to the outermost texel centers of a part."""
-        place, lies = f"vec2({self.operand(load.x)}, {self.operand(load.y)})", self._placement(load.image)
-        if lies.bottom_up:
-            place = f"(vec2(0.0, 1.0) + vec2(1.0, -1.0) * {place})"
-        if lies.is_part:
-            place = f"({place} * vec2({self.size(load.image)}) + vec2({self._region(load.image)}.xy))"
-            place = "clamp({} * {}, {}, {})".format(place, self.width(load.image), *self._edges(load.image))
-        return place
-
-    def center(self, image: str, axis: str, number: str) -> str:
-        lies = self._placement(image)
-        inside = f"({number} + 0.5)"
-        if self.is_turned(image, axis):
-            inside = f"(float({self.size(image)}.y) - {inside})"
-        if lies.is_part:
-            inside = f"({inside} + float({self._region(image)}.{axis}))"
-        return f"{inside} * {self.width(image)}.{axis}"
-
-    def is_turned(self, image: str, axis: str) -> bool:
-        return axis == "y" and self._placement(image).bottom_up
-
-    def within(self, image: str, axis: str, place: str) -> str:
-        if not self._placement(image).is_part:
-            return place
-        return "clamp({}, {}.{axis}, {}.{axis})".format(place, *self._edges(image), axis=axis)
+    def builtin(self, name: BuiltinName) -> str:
+        if name.kind not in ("low", "high", "region") or name.component is None:
+            return super().builtin(name)
+        place = self._region(name.of) if name.kind == "region" else self._edges(name.of)[name.kind == "high"]
+        return f"{place}.{LETTERS[name.component]}"
 
     def here_in(self, image: str) -> str:
         lies, output = self._placement(image), self.placements.output
@@ -268,7 +225,7 @@ class GLSL(ShaderPrinter, CLike):
         return self.declare("ivec2", f"pg_size{self.image_numbers[image]}", size)
 
     def texture_size(self, image: str) -> str:
-        return f"textureSize({self.own.image}{self.image_numbers[image]}, 0)"
+        return f"textureSize({self.texture(image)}, 0)"
 
     def _region(self, image: str) -> str:
         """Return the uniform with the origin and size of a part of a texture."""

@@ -17,7 +17,7 @@ from passgraph.backends.gl.programs import LinkedProgram
 from passgraph.backends.gl.state import Bound
 from passgraph.backends.gl.textures import ALL_PLAIN, Objects, Texture, placements_of
 from passgraph.graph.draw_state import Geometry
-from passgraph.language.scalar import LoadTexel, ScalarProgram, walk
+from passgraph.language.scalar import filtered_images
 from passgraph.plan.data import DrawStep, PixelStep
 
 if TYPE_CHECKING:
@@ -84,12 +84,6 @@ def run_pixels(
     program.send_size(gl, size)
     program.send_parts(gl, outputs, images)
     gl.DrawArrays(g.TRIANGLES, 0, 3)
-
-
-def filtered_images(program: ScalarProgram) -> dict[int, str]:
-    """Return the border rules of the images that the device filters, by their numbers."""
-    rules = {i.image: i.border for i in walk(program.body) if isinstance(i, LoadTexel) and i.filtered}
-    return {number: rules[use.name] for number, use in enumerate(program.images) if use.name in rules}
 
 
 def with_filters(backend: GLBackend, images: Sequence[Texture], filtered: dict[int, str]) -> Sequence[Texture]:

@@ -10,13 +10,13 @@ import numpy as np
 
 from passgraph.backends.base import ATTRIBUTES, Block, vertex_attribute
 from passgraph.backends.driver import stored_clear
-from passgraph.backends.webgpu.programs import filtered_images, packed, packed_tables
+from passgraph.backends.webgpu.programs import packed, packed_tables
 from passgraph.backends.webgpu.states import color_target, depth_stencil, guard_band, primitive
 from passgraph.backends.webgpu.textures import Texture
 from passgraph.backends.webgpu.wgsl import FIRST_IMAGE, LINEAR, NEAREST, PARAMETERS
 from passgraph.formats import FORMATS
 from passgraph.graph.draw_state import Geometry
-from passgraph.language.scalar import ScalarProgram
+from passgraph.language.scalar import ScalarProgram, filtered_images
 from passgraph.plan.data import DrawStep, PixelStep
 
 if TYPE_CHECKING:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, MutableMapping, Sequence
+from collections.abc import Callable, Collection, MutableMapping, Sequence
 from typing import Any, TypeVar
 from weakref import WeakValueDictionary
 
@@ -26,7 +26,7 @@ from passgraph.backends.webgpu.wgsl import (
 )
 from passgraph.cached import Recent
 from passgraph.errors import BackendError
-from passgraph.language.scalar import LoadTexel, ScalarProgram, walk
+from passgraph.language.scalar import ScalarProgram, filtered_images
 from passgraph.language.source import NOWHERE
 from passgraph.plan.data import DrawStep
 
@@ -82,7 +82,7 @@ class Programs:
         key = "layout", program.stage == "vertex", len(program.images), tuple(filtered)
         return self.once(key, lambda: self._stage_layout(program, filtered))
 
-    def _stage_layout(self, program: ScalarProgram, filtered: Sequence[int]) -> Any:
+    def _stage_layout(self, program: ScalarProgram, filtered: Collection[int]) -> Any:
         visible = _VERTEX if program.stage == "vertex" else _FRAGMENT
         entries: list[dict[str, Any]] = [
             {"binding": PARAMETERS, "visibility": visible, "buffer": {"type": "uniform"}},
@@ -152,12 +152,6 @@ class Programs:
             return self.device.create_render_pipeline(**described)
         except Exception as error:
             raise BackendError(f"webgpu: the driver refuses kernel {kernel}: {_first(str(error))}") from None
-
-
-def filtered_images(program: ScalarProgram) -> list[int]:
-    """Return the images of a program that the device filters."""
-    names = {i.image for i in walk(program.body) if isinstance(i, LoadTexel) and i.filtered}
-    return [number for number, use in enumerate(program.images) if use.name in names]
 
 
 def _first(log: str) -> str:

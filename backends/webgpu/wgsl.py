@@ -31,6 +31,10 @@ _LIKE_C = spelled({
         "to_float": "f32({0})", "float_from_bits": "bitcast<f32>({0})",
     },
     "bool": {"to_float": "select(0.0, 1.0, {0})", "to_int": "select(0, 1, {0})"},
+    s.INDEX: {
+        "int_mod": "pg_near_mod({0}, {1})", "nearer": "pg_nearer({0}, {1})", "below": "(u32({0}) < u32({1}))",
+        "to_coordinate": "f32({0})",
+    },
 })  # fmt: skip
 
 #: Name → definition.  Definitions may call earlier ones.
@@ -63,7 +67,7 @@ fn pg_int_mod(a: i32, b: i32) -> i32
     return select(r, r + b, r != 0 && (r < 0) != (b < 0));
 }
 """,
-    # Part of the border rules, where b is a size: devices divide floats in vectors.
+    # Of addresses, where b is a size: devices divide floats in vectors.
     "pg_nearer": "fn pg_nearer(a: i32, b: i32) -> i32 { return a - i32(f32(a) * (1.0 / f32(b))) * b; }",
     "pg_near_mod": """
 fn pg_near_mod(a: i32, b: i32) -> i32
@@ -114,11 +118,17 @@ class WGSL(ShaderPrinter):
     ``steps`` has, for each image, the number by which the device divides its stored integers, or 0.
     """
 
-    types: ClassVar[Mapping[str, str]] = {"bool": "bool", "int": "i32", "float": "f32"}
+    types: ClassVar[Mapping[str, str]] = {
+        "bool": "bool",
+        "int": "i32",
+        "float": "f32",
+        s.INDEX: "i32",
+        s.COORDINATE: "f32",
+    }
     spelled: ClassVar[Mapping[str, Mapping[str, str]]] = _LIKE_C
-    float_, uint, vec2, ivec2, vec4 = "f32", "u32", "vec2<f32>", "vec2<i32>", "vec4<f32>"
+    float_, vec2, ivec2, vec4 = "f32", "vec2<f32>", "vec2<i32>", "vec4<f32>"
     fragment, derivative = "pg_place", "dpd"
-    border_head, helpers = "fn {}(i: i32, size: i32) -> i32", FUNCTIONS
+    helpers, image_ = FUNCTIONS, "pg_image"
     output_size, front_facing = "pg.size", "pg_front"
 
     def __init__(
@@ -171,6 +181,8 @@ class WGSL(ShaderPrinter):
         return f"bitcast<{name}>(bitcast<u32>({text}) | pg_nil)"
 
     def operation(self, op: s.Op, arguments: list[str]) -> str:
+        if op.on in (s.INDEX, s.COORDINATE):
+            return super().operation(op, arguments)
         if all(isinstance(a, s.Lit) for a in op.arguments):
             # WGSL evaluates constants exactly, and rejects overflow.
             arguments[0] = self.hidden(arguments[0], op.on)
@@ -225,25 +237,19 @@ class WGSL(ShaderPrinter):
         number = f"pg.{name}[{index} >> 2u][{index} & 3]"
         return f"({number} != 0)" if type_ == "bool" else number
 
-    def texel(self, load: s.LoadTexel) -> None:
+    def sample(self, load: s.Sample) -> None:
         """Read a texel through a sampler, which takes lavapipe two thirds of the time of ``textureLoad``."""
-        image = f"pg_image{self.image_numbers[load.image]}"
-        sampler, inside = "pg_nearest", list[str]()
-        if load.filtered:
-            sampler, place = f"pg_linear_{load.border}", f"vec2<f32>({self.operand(load.x)}, {self.operand(load.y)})"
-        else:
-            place, inside = self.place(load)
-        fetch = f"textureSampleLevel({image}, {sampler}, {place}, 0.0)"
+        sampler = f"pg_linear_{load.filter}" if load.filter else "pg_nearest"
+        place = f"vec2<f32>({self.operand(load.x)}, {self.operand(load.y)})"
+        fetch = f"textureSampleLevel({self.texture(load.image)}, {sampler}, {place}, 0.0)"
         steps = self.steps[self.image_numbers[load.image]] if self.steps else 0
-        if steps and not load.filtered:
+        if steps and not load.filter:
             # Devices may read fractions with a small error; this divides the stored integer again.
             fetch = f"round({fetch} * {steps}.0) / {steps}.0"
-        if inside:
-            fetch = f"select(vec4<f32>(), {fetch}, {' && '.join(inside)})"
         self.name_channels(load, fetch)
 
     def texture_size(self, image: str) -> str:
-        return f"vec2<i32>(textureDimensions(pg_image{self.image_numbers[image]}))"
+        return f"vec2<i32>(textureDimensions({self.texture(image)}))"
 
     # Whole modules
 

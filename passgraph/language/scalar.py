@@ -24,8 +24,8 @@ FORMAT_VERSION = 3
 
 
 #: Types of values in lowered programs besides bool, int and float: ints of addresses, whose arithmetic never overflows,
-#: in 32 and in 64 bits.
-INDEX, LONG = "index", "long"
+#: in 32 and in 64 bits, and floats of texture coordinates, which devices may round in any way.
+INDEX, LONG, COORDINATE = "index", "long", "coordinate"
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,6 +165,21 @@ class LoadWindow:
 
 
 @dataclass(frozen=True, slots=True)
+class Sample:
+    """Loads channels of a texel from a texture, at coordinates from 0 to 1, or at an int column and row.
+
+    ``filter`` is empty, or the border rule with which the device interpolates four texels.  Only in lowered programs.
+    """
+
+    to: tuple[Val | None, ...]
+    image: str
+    x: Operand
+    y: Operand
+    filter: str = ""
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
 class Store:
     """Writes the numbers of an output into its buffer: ``values[k]`` at ``index + places[k]``; in lowered programs."""
 
@@ -258,6 +273,7 @@ Instruction: TypeAlias = (
     | Load
     | LoadView
     | LoadWindow
+    | Sample
     | Store
     | Read
     | Write
@@ -379,6 +395,17 @@ def walk(body: Iterable[Instruction]) -> Iterator[Instruction]:
             yield from walk(instruction.apart)
 
 
+def texel_loads(body: Iterable[Instruction], image: str | None = None) -> Iterator[LoadTexel]:
+    """Yield every read of a texel, or those of one image."""
+    return (i for i in walk(body) if isinstance(i, LoadTexel) and image in (None, i.image))
+
+
+def filtered_images(program: ScalarProgram) -> dict[int, str]:
+    """Return the border rules of the images that the device filters, by their numbers."""
+    rules = {i.image: i.border for i in texel_loads(program.body) if i.filtered}
+    return {number: rules[use.name] for number, use in enumerate(program.images) if use.name in rules}
+
+
 def count(body: Iterable[Instruction]) -> int:
     """Count the instructions, nested ones included."""
     return sum(1 for _ in walk(body))
@@ -442,7 +469,7 @@ def results_of(instruction: Instruction) -> tuple[Val, ...]:
     """Return the values that an instruction defines."""
     if isinstance(instruction, (Op, Choose, LoadUniform, LoadTable, LoadBuiltin, Read, ReadAt)):
         return (instruction.to,)
-    if isinstance(instruction, (LoadTexel, Load, LoadView, LoadWindow)):
+    if isinstance(instruction, (LoadTexel, Load, LoadView, LoadWindow, Sample)):
         return tuple(v for v in instruction.to if v is not None)
     return ()
 
@@ -459,7 +486,7 @@ def operands_of(instruction: Instruction) -> tuple[Operand, ...]:
         return (instruction.index, *instruction.values)
     if isinstance(instruction, WriteAt):
         return (instruction.index, instruction.value)
-    if isinstance(instruction, (LoadTexel, LoadView)):
+    if isinstance(instruction, (LoadTexel, LoadView, Sample)):
         return (instruction.x, instruction.y)
     if isinstance(instruction, LoadWindow):
         return (instruction.inside, instruction.first)

@@ -182,7 +182,7 @@ def _reach(program: s.ScalarProgram, use: s.ImageUse) -> Halo:
 
 
 def _rules(program: s.ScalarProgram, use: s.ImageUse) -> set[str]:
-    return {i.border for i in s.walk(program.body) if isinstance(i, s.LoadTexel) and i.image == use.name and i.relative}
+    return {i.border for i in s.texel_loads(program.body, use.name) if i.relative}
 
 
 def _wraps(step: PixelStep, use: s.ImageUse, read: Resource) -> tuple[str, str]:

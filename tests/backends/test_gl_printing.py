@@ -64,7 +64,7 @@ def test_this_pixel_is_read_without_a_border_rule() -> None:
 
 def test_a_clamped_offset_is_left_to_the_sampler() -> None:
     text = shader("def one(color: Image) -> vec4: return color[-1, 0]")
-    assert "textureLod(pg_image0, vec2(pg_here.x + (-1.0) * pg_texel0.x, pg_here.y), 0.0)" in text
+    assert "textureLod(pg_image0, vec2((pg_here.x + ((-1.0) * pg_texel0.x)), pg_here.y), 0.0)" in text
 
 
 def test_float_values_are_precise_where_the_driver_can() -> None:

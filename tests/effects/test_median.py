@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import passgraph as pg
-from passgraph.backends.numpy.pixels.channels import before_rounding, selection, single_channel
 from passgraph.effects import median
 from passgraph.effects.filters.median import NINE, TWENTY_FIVE
+from passgraph.language.lowering.channels import before_rounding, selection, single_channel
 from passgraph.plan.build import build
 from passgraph.plan.data import PixelStep
 from tests.conftest import DEVICES

@@ -9,7 +9,6 @@ from functools import lru_cache
 
 from passgraph.backends.numpy.machine.workers import ROOM
 from passgraph.backends.numpy.pixels.chains import Stage, Work, near_images, reach
-from passgraph.backends.numpy.pixels.channels import before_rounding, selection, single_channel
 from passgraph.backends.numpy.storage import FLOAT
 from passgraph.backends.numpy.vector.lane_body import for_lanes
 from passgraph.cached import cached_property
@@ -17,6 +16,7 @@ from passgraph.formats import Format
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS
 from passgraph.language.builtin_name import BuiltinName
+from passgraph.language.lowering.channels import before_rounding, selection, single_channel
 from passgraph.language.scalar import nameless
 from passgraph.plan.window import Halo
 
@@ -270,8 +270,8 @@ class StageLayout:
         """Return how often the body reads each image through windows, by border rule."""
         numbers = {use.name: number for number, use in enumerate(self.program.images)}
         near = {use.name for use in self.near}
-        loads = (i for i in s.walk(self.program.body) if isinstance(i, s.LoadTexel))
-        return Counter((numbers[i.image], i.border) for i in loads if i.relative and i.image in near)
+        loads = (i for i in s.texel_loads(self.program.body) if i.relative and i.image in near)
+        return Counter((numbers[i.image], i.border) for i in loads)
 
     @cached_property
     def frame(self) -> Frame:

@@ -14,6 +14,7 @@ from typing import Protocol
 from passgraph.formats import Format
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS
+from passgraph.language.lowering.windows import varying_images
 from passgraph.plan.data import PixelStep
 from passgraph.plan.window import Halo
 
@@ -34,7 +35,7 @@ def reach(uses: Sequence[s.ImageUse]) -> Halo:
 
 def near_images(program: s.ScalarProgram) -> tuple[s.ImageUse, ...]:
     """Return the images whose relative reads use windows."""
-    apart = _varying_images(program) if any(use.relative for use in program.images) else set()
+    apart = varying_images(program) if any(use.relative for use in program.images) else set()
     around, halo = Halo(), []
     for use in program.images:
         wider = around.over(reach([use]))
@@ -44,22 +45,6 @@ def near_images(program: s.ScalarProgram) -> tuple[s.ImageUse, ...]:
             around = wider
             halo.append(use)
     return tuple(halo)
-
-
-def _varying_images(program: s.ScalarProgram) -> set[str]:
-    """Return the images whose read offsets depend on the pixel's values."""
-    alike: set[int] = set()
-    apart: set[str] = set()
-    for i in s.walk(program.body):
-        is_alike = all(isinstance(operand, s.Lit) or operand.id in alike for operand in s.operands_of(i))
-        if isinstance(i, s.For):
-            alike.add(i.index.id)
-        elif isinstance(i, s.LoadTexel):
-            if i.relative and not is_alike:
-                apart.add(i.image)
-        elif is_alike and isinstance(i, (s.Op, s.Choose, s.LoadUniform, s.LoadTable)):
-            alike.update(value.id for value in s.results_of(i))
-    return apart
 
 
 #: Most bytes of one thread's rings, half of the level-2 cache of common cores; rows that the last stage computes
@@ -132,9 +117,8 @@ def stages(steps: Sequence[PixelStep]) -> tuple[Stage, ...] | None:
 def _near(program: s.ScalarProgram, use: s.ImageUse) -> bool:
     if use.absolute or (use.relative and use not in near_images(program)):
         return False
-    loads = (i for i in s.walk(program.body) if isinstance(i, s.LoadTexel) and i.image == use.name)
     # Other rules read outside of the stored rows and columns.
-    return all(BORDERS[load.border].is_nearest for load in loads)
+    return all(BORDERS[load.border].is_nearest for load in s.texel_loads(program.body, use.name))
 
 
 def pitch(stage: Stage, tile: int) -> int:

@@ -44,9 +44,8 @@ class Builder:
         made, self.made = self.made, []
         return made
 
-    def builtin(self, name: BuiltinName) -> s.Val:
-        """Load a builtin that is an int."""
-        to = s.Val(self.builtins.setdefault(name, "int"), self.fresh("int").id)
+    def builtin(self, name: BuiltinName, type_: str = "int") -> s.Val:
+        to = self.fresh(self.builtins.setdefault(name, type_))
         self.add(s.LoadBuiltin(to, name))
         return to
 
@@ -67,6 +66,9 @@ class Builder:
     def index(self, name: str, *arguments: s.Operand) -> s.Operand:
         return self.op(name, s.INDEX, *arguments)
 
+    def coordinate(self, name: str, *arguments: s.Operand) -> s.Operand:
+        return self.op(name, s.COORDINATE, *arguments)
+
     # Border rules
 
     def bordered(self, rule: str, place: s.Operand, size: s.Operand) -> s.Operand:
@@ -79,10 +81,13 @@ class Builder:
         if isinstance(offset, s.Lit) and isinstance(size, s.Lit):
             return number(int(nearer(rule, int(offset.value), int(size.value))))
         if BORDERS[rule].period:
-            period = self._ints(period_program(rule), {"size": size})
+            period = self.period(rule, size)
             return self.index("sub", self.index("int_mod", offset, period), period)
         far = self.index("add", size, size)
         return self.index("min", self.index("max", offset, self.index("neg", far)), far)
+
+    def period(self, rule: str, size: s.Operand) -> s.Operand:
+        return self._ints(period_program(rule), {"size": size})
 
     def _ints(self, program: s.ScalarProgram, inputs: dict[str, s.Operand]) -> s.Operand:
         """Add the operations of an int program without branches."""

@@ -99,6 +99,11 @@ class _Check:
             for place in (i.x, i.y):
                 self.use(place, "float" if i.filtered else "int", i)
             self.channels(i, len(i.to))
+        elif isinstance(i, s.Sample):
+            whole = {i.x.type, i.y.type} <= {"int", s.INDEX}
+            for place in (i.x, i.y):
+                self.use(place, s.INDEX if whole else s.COORDINATE, i)
+            self.channels(i, len(i.to))
         elif isinstance(i, s.LoadView):
             for place in (i.x, i.y):
                 self.use(place, "int", i)
@@ -147,7 +152,7 @@ class _Check:
         result = _LETTERS.get(row.result, i.on) if row.result not in row.operands else i.on
         return (i.on,) * len(row.operands), result
 
-    def channels(self, i: s.LoadTexel | s.Load | s.LoadView | s.LoadWindow, count: int) -> None:
+    def channels(self, i: s.LoadTexel | s.Load | s.LoadView | s.LoadWindow | s.Sample, count: int) -> None:
         use = self.images.get(i.image)
         self.expect(use is not None, i, "reads an image", i.image, f"one of {sorted(self.images)}")
         assert use is not None
