@@ -16,6 +16,7 @@ from passgraph.language import scalar as s
 Lanes = NDArray[Any]
 Fetch = Callable[[str, Lanes, Lanes], Lanes]  # image, x, y → (lanes, channels)
 DTYPES = {"float": np.float32, "int": np.int32, "bool": np.bool_, "index": np.int64, "long": np.int64}
+DTYPES["coordinate"] = np.float32
 
 
 def _whole_divide(a: Lanes, b: Lanes) -> Lanes:
@@ -46,7 +47,10 @@ COMPUTE: dict[str, Callable[..., Lanes]] = {
     "shift_left": lambda a, b: a << (b & 31), "shift_right": lambda a, b: a >> (b & 31),
     "bits_from_float": lambda a: a.view(np.int32), "float_from_bits": lambda a: a.view(np.float32),
     "to_float": lambda a: a, "to_int": lambda a: _whole(a) if a.dtype.kind == "f" else a,
-    "to_long": lambda a: a, "to_index": lambda a: a,
+    "to_long": lambda a: a, "to_index": lambda a: a, "to_coordinate": lambda a: a.astype(np.float32),
+    "below": lambda a, b: (a >= 0) & (a < b), "clamp": lambda a, low, high: np.minimum(np.maximum(a, low), high),
+    "nearer": lambda a, b: a - np.trunc(a.astype(np.float32) * (np.float32(1) / b.astype(np.float32))).astype(int) * b,
+    "fract": lambda a: a - np.floor(a), "mix": lambda a, b, c: a * (1 - c) + b * c,
     "decode": lambda a: a.astype(np.uint16).view(np.float16), "encode": lambda a: a,
 }  # fmt: skip
 
@@ -113,6 +117,14 @@ class Evaluator:
                 if to is not None:
                     assert ((index + place >= 0) & (index + place < len(buffer))).all(), f"{i} leaves its buffer"
                     self.put(to, buffer[index + place])
+        elif isinstance(i, s.Sample):
+            texture, places = self.blocks[i.image], []
+            for place, count in ((self.get(i.x), texture.shape[1]), (self.get(i.y), texture.shape[0])):
+                whole = place if place.dtype.kind == "i" else np.floor(place * count).astype(np.int64)
+                places.append(np.clip(whole, 0, count - 1))
+            for channel, to in enumerate(i.to):
+                if to is not None:
+                    self.put(to, texture[places[1], places[0], channel])
         elif isinstance(i, s.Store):
             for value, place in zip(i.values, i.places, strict=True):
                 self.blocks[f"out{i.output}"][self.get(i.index) + place] = self.get(value)

@@ -19,6 +19,7 @@ from passgraph.language.lowering import lowered
 from passgraph.language.lowering.buffers import Buffer, StoresInBuffers, TexelsInBuffers
 from passgraph.language.lowering.check import Malformed, check
 from passgraph.language.lowering.passes import CHECK_VARIABLE
+from passgraph.language.lowering.textures import TexelsInTextures, Texture
 from tests.language.evaluate import Evaluator
 
 WIDTH, HEIGHT = 5, 4
@@ -117,6 +118,62 @@ def test_stored_numbers_are_decoded_and_encoded(name: str) -> None:
     out = np.zeros(memory.size)
     run(made, numbers, out0=out)
     np.testing.assert_array_equal(out, memory)
+
+
+@pytest.mark.parametrize("border", BORDERS)
+@pytest.mark.parametrize("lies", [Texture(), Texture(turned=True), Texture(part=True), Texture(turned=True, part=True)])
+@pytest.mark.parametrize("offsets", [("0", "0"), ("-2", "0"), ("1", "-3"), FAR, FAR[::-1]])
+@pytest.mark.parametrize("read", ["c[{}, {}].xy", "c.texel(ivec2({}, {})).xy"])
+def test_a_sample_finds_the_texel_of_its_rule(border: str, lies: Texture, offsets: tuple[str, str], read: str) -> None:
+    given = program(f"def read(c: Image) -> vec2: return {read.format(*offsets)}", border)
+    made = lowered(given, [TexelsInTextures({"c": lies})])
+    rows, columns = np.divmod(np.arange(WIDTH * HEIGHT), WIDTH)
+    found = sampled(made, lies, columns, rows).outputs()[0]
+    x, y = (np.int64(offset) for offset in offsets)
+    is_relative = "ivec2" not in read
+    wanted = expected(border, columns * is_relative + x, rows * is_relative + y)
+    np.testing.assert_array_equal(np.transpose(found), wanted)
+
+
+def sampled(given: s.ScalarProgram, lies: Texture, columns: Any, rows: Any, **blocks: Any) -> Evaluator:
+    """Run a program on :data:`PICTURE` in a texture, which has NaN around it if it is a part."""
+    left, top, width, height = (3, 2, WIDTH + 4, HEIGHT + 5) if lies.part else (0, 0, WIDTH, HEIGHT)
+    texture = np.full((height, width, 2), np.nan, np.float32)
+    texture[top : top + HEIGHT, left : left + WIDTH] = PICTURE[::-1] if lies.turned else PICTURE
+    centers = columns + left + 0.5, top + (HEIGHT - rows - 0.5 if lies.turned else rows + 0.5)
+    values: dict[str, Any] = {"pixel.0": columns, "pixel.1": rows}
+    for axis, (first, count, whole) in enumerate(((left, WIDTH, width), (top, HEIGHT, height))):
+        values |= {f"size.c.{axis}": count, f"texel.c.{axis}": 1 / whole, f"here.c.{axis}": centers[axis] / whole}
+        values |= {f"region.c.{axis}": first, f"low.c.{axis}": (first + 0.5) / whole}
+        values |= {f"high.c.{axis}": (first + count - 0.5) / whole}
+    arrays = {name: np.array(value) for name, value in values.items()}
+    return Evaluator(given, columns.size, None, c=texture, **arrays, **blocks)
+
+
+@pytest.mark.parametrize("border", [rule for rule in BORDERS if rule != "clamp"])
+@pytest.mark.parametrize("turned", [False, True])
+def test_four_texels_of_a_part_are_interpolated(border: str, turned: bool) -> None:
+    """A position between texels is the mean that its distances weigh, each texel found by the rule."""
+    x, y = s.Val("float", 1), s.Val("float", 2)
+    load = s.LoadTexel((s.Val("float", 3), s.Val("float", 4)), "c", x, y, False, border, filtered=True)
+    given = replace(
+        program("def read(c: Image) -> vec2: return c[0, 0].xy"),
+        body=(s.LoadUniform(x, "float", s.Lit("int", 0)), s.LoadUniform(y, "float", s.Lit("int", 1)), load),
+        outputs=(s.Output("result", load.to, load.to),),  # type: ignore[arg-type]
+    )
+    lies = Texture(turned, part=True)
+    made = lowered(given, [TexelsInTextures({"c": lies})])
+    for position in ((0.5, 0.5), (0.07, 0.96), (-0.3, 0.4), (1.4, -0.6)):
+        rows, columns = np.divmod(np.arange(WIDTH * HEIGHT), WIDTH)
+        with_block = {"float": np.array(position, np.float32)}
+        found = [value[0] for value in sampled(made, lies, columns, rows, **with_block).outputs()[0]]
+        column, row = np.array(position) * (WIDTH, HEIGHT) - 0.5
+        wanted = np.zeros(2)
+        for right, down in ((0, 0), (1, 0), (0, 1), (1, 1)):
+            at = np.array([np.floor(column) + right]), np.array([np.floor(row) + down])
+            weight = (1 - abs(column - at[0])) * (1 - abs(row - at[1]))
+            wanted += weight * expected(border, *(p.astype(np.int64) for p in at))[0]
+        np.testing.assert_allclose(found, wanted, atol=1e-5)
 
 
 TWO = """
