@@ -97,7 +97,7 @@ def test_operations_on_constants_alone_are_left_to_the_device() -> None:
 def test_this_pixel_is_read_without_a_border_rule() -> None:
     text = module("def one(color: Image) -> float: return color[0, 0].r", "repeat")
     assert "textureSampleLevel(pg_image0, pg_nearest, vec2<f32>(pg_here0.x, pg_here0.y), 0.0)" in text
-    assert "pg_near" not in text
+    assert "pg_near_mod" not in text
 
 
 def test_a_zero_border_tests_the_sides_that_are_left() -> None:

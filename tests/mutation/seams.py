@@ -18,7 +18,7 @@ MUTANTS = (
     Mutant("_SPELLINGS", "(0x822A, 0x822C, 0x8054, 0x805B)", "(0x8229, 0x822B, 0x8051, 0x8058)", "gl",
            ("pictures/r16 7x5 zero",)),
     Mutant("FLOOR_DIVIDE", "? q - 1 : q;", "? q : q;", "gl", ("operations/floor_divide of ints",)),
-    Mutant("ShaderPrinter._place", '[f"{coordinate} < {count}"] * high', '[f"{coordinate} <= {count}"] * high', "gl",
+    Mutant("_Texels._inside", 'b.index("less", whole, size)', 'b.index("less", number(0), size)', "gl",
            ("pictures/rgba32f 7x5 zero",)),
     Mutant("_steps", "np.rint(part, out=part)", "np.floor(part, out=part)", "gl",
            ("pictures/r8 brought from the host",)),

@@ -21,7 +21,7 @@ from tests.mutation.run import MUTANTS, STALE, Record, judged, stale
 CHOSEN = (
     "b.fsub(y, x",
     "return y * (1.0 - a) + x * a",
-    '[f"{coordinate} <= {count}"] * high',
+    'b.index("less", number(0), size)',
     "return floor(min(max(0.0, x), 1.0) * steps + 0.5) / steps",
     "self.busy[0][0] <= first:",
     '"{x} * {da}"',
