@@ -19,8 +19,8 @@ class BuiltinName:
 
     Attributes
     ----------
-    kind : ``pixel``, ``output_size``, ``size`` of an image (if lowered, ``pitch``, ``texel``, ``here`` … too), ``vertex``,
-        ``varying`` …
+    kind : ``pixel``, ``output_size``, ``size`` of an image (if lowered, ``pitch``, ``texel``, ``here`` … too),
+        ``vertex``, ``varying`` …
     of : the image, the attribute of the vertex, or the result of the vertex kernel; else empty
     component : None for the whole, which a scalar is too
     axes : of :data:`OF_TRIANGLE` at another pixel of the quad: one of :data:`OTHER_PIXELS`; else empty
