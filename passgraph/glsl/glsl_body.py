@@ -226,7 +226,8 @@ class Body:
             if holds_pictures(result):
                 fail(function.result.span, f"a function cannot return a sampler, got {result}; pass it as a parameter")
         inner = Body(self.unit, function.name, result, place)
-        # In GLSL ES 1.00 the body is a scope of its own, whose names may hide parameters (section 4.2.2).
+        # In GLSL ES 1.00 the body is a scope of its own, whose names may hide parameters. glslang and the Khronos suite
+        # read it so; WebGL and Mesa refuse it.
         inner.scopes, inner.heads = [{}], set() if self.unit.dialect.version == 100 else {1}
         written = assigned_names(function.body, partial(overloads, self.unit))
         types = self.signature(function)

@@ -66,7 +66,7 @@ TEXTURE_COORDINATES = 8
 
 
 def _depth_range(unit: Unit, span: Span) -> Part:
-    """Return ``gl_DepthRange`` as it is unless a program sets another (OpenGL 3.3, section 2.12.1)."""
+    """Return ``gl_DepthRange`` as it is unless a program sets another (OpenGL 2.1, section 2.11.1)."""
     ends = {"near": 0.0, "far": 1.0, "diff": 1.0}
     return StructValue(DEPTH_RANGE, {name: ir.Literal(FLOAT, end, span) for name, end in ends.items()})
 

@@ -147,7 +147,7 @@ def test_valid_shaders_of_older_versions_give_what_the_driver_gives(name: str, t
 
 
 def test_a_variable_hides_a_parameter_in_the_first_version_for_devices() -> None:
-    """GLSL ES 1.00, section 4.2.2, and the Khronos suite; Mesa refuses it."""
+    """GLSL ES 1.00 nests the scope of a body in that of its function, as glslang does; Mesa and WebGL refuse it."""
     text = "#version 100\nprecision highp float; float f(float x) { float x = 7.0; return x; } "
     kernel = pg.kernel(glsl=text + "void main() { gl_FragColor = vec4(f(1.0)); }")
     with pg.compile(kernel(into=pg.target("r", "rgba32f", size=(1, 1)))) as program:
