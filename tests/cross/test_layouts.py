@@ -16,6 +16,7 @@ import passgraph as pg
 from passgraph.backends.base import Backend, numbers_of, values_of
 from passgraph.backends.registry import open_backend
 from passgraph.formats import FORMATS, Format
+from passgraph.quantise import convert
 from tests.conftest import DEVICES, require
 from tests.corners import placed
 from tests.outside_backend.passgraph_plainpy import PlainBackend
@@ -198,6 +199,31 @@ def test_every_number_becomes_its_value(name: str, device: Backend) -> None:
 
 COPY = pg.kernel(source="def copy(picture: Image) -> vec4: return picture[0, 0]")
 BOTH = pg.kernel(source="def both(one: Image, other: Image) -> vec4: return one[0, 0] * 0.25 + other[0, 0] * 0.5")
+
+
+COLORS = [format_ for format_ in FORMATS.values() if not format_.is_depth and not format_.srgb]
+
+
+@pytest.mark.parametrize("held", COLORS, ids=lambda format_: format_.name)
+def test_the_host_converts_between_all_formats(held: Format) -> None:
+    """The nearest number of the value in float32; alpha that is missing is 1, other channels stay as they are."""
+    rng = np.random.default_rng(11)
+    given = given_as(numbers(held, SIZES[1], rng), "mirrored", rng)
+    values = given / np.float32(held.steps) if held.steps else given.astype(np.float32)
+    for wanted in COLORS:
+        channels = min(held.channels, wanted.channels)
+        expected = np.ones((*given.shape[:2], wanted.channels), np.float32)
+        expected[..., :channels] = values[..., :channels]
+        with np.errstate(over="ignore"):
+            if wanted.steps:
+                expected = np.rint(np.clip(expected, 0, 1) * np.float32(wanted.steps))
+            room, memory = laid(expected.shape, wanted.number, "padded rows", np.random.default_rng(12))
+            whole, expected_memory = laid(expected.shape, wanted.number, "padded rows", np.random.default_rng(12))
+            whole[...] = expected
+        if held.number == wanted.number:  # as they are, bit for bit
+            whole[..., :channels] = given[..., :channels]
+        convert(given, held, room, wanted)
+        np.testing.assert_array_equal(memory, expected_memory, wanted.name)
 
 
 @pytest.mark.sampled
