@@ -57,9 +57,10 @@ def add_levels(work: Work) -> None:
     level_pictures: dict[Target, Target] = {}
     for lowered in passes:
         images = dict(lowered.images)
+        of_levels = {name + MIPS for name in lowered.node.images}
         for name, target in lowered.images.items():
             # With a single level, dead code may still refer to others.
-            if name.endswith(MIPS) and target.has_levels and max(work.size_of(target)) > 1:
+            if name in of_levels and target.has_levels and max(work.size_of(target)) > 1:
                 if target.content not in level_pictures:
                     level_pictures[target.content] = _levels(target, work)
                 images[name] = level_pictures[target.content].border(target.border_rule)

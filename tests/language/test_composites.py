@@ -204,6 +204,15 @@ READS = (
 )  # fmt: skip
 
 
+def test_a_field_named_like_the_picture_of_levels_is_an_image_as_any() -> None:
+    """``pair.mips`` is a field, and the picture itself has levels."""
+    text = "class Pair:\n    mips: Image\n\ndef same(pair: Pair) -> vec4:\n    return pair.mips[0, 0]"
+    pair = SimpleNamespace(mips=pg.Input("f", "rgba32f", (4, 4)).mipmaps())
+    picture = np.random.default_rng(1).random((4, 4, 4), np.float32)
+    with pg.compile(pg.kernel(source=text, name="same")(pair), backend="reference") as program:
+        assert np.array_equal(program(f=picture)["same"], picture)
+
+
 @pytest.mark.parametrize("read", READS)
 def test_a_chosen_image_is_read_in_every_way_as_one_by_name(read: str) -> None:
     before = "def k(s: Array[Image, 2], i: int) -> vec4:\n    p = (uv() - 0.25) * 1.5\n    return "
