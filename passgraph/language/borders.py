@@ -62,15 +62,6 @@ def nearer(rule: str, place: Any, size: int) -> Any:
     return np.clip(place, -2 * size, 2 * size)
 
 
-def border_name(rule: str) -> str:
-    """Return the name of a rule's function in backends that print text.
-
-    >>> border_name("reflect-101")
-    'pg_border_reflect_101'
-    """
-    return f"pg_border_{rule.replace('-', '_')}"
-
-
 def _by_reference(operation: str, *arguments: Any) -> Any:
     from passgraph.language.operations import OPERATIONS
 

@@ -16,7 +16,7 @@ from passgraph.language.kernel import Kernel
 from passgraph.language.lower import Facts, ImageFacts
 from passgraph.language.lower_cache import lower_once
 from passgraph.language.native import Accuracy
-from passgraph.language.scalar import LoadBuiltin, LoadTexel, Output, ScalarProgram, walk
+from passgraph.language.scalar import LoadBuiltin, Output, ScalarProgram, texel_loads, walk
 from passgraph.language.sized import loops_over_sizes
 from passgraph.language.types import Array
 from passgraph.plan.sizes import level_sizes
@@ -93,7 +93,7 @@ def _pixels(
     facts = Facts(node.constants, images, stores, work.options.simplify, size, native, contracts)
     program = lower_once(node.kernel.program, facts, work.programs)
     # Filter in the kernel if it also reads the picture by texel: a texture has one filter per pass.
-    loads = [i for i in walk(program.body) if isinstance(i, LoadTexel)]
+    loads = list(texel_loads(program.body))
     filtered = {i.image for i in loads if i.filtered}
     both = filtered & {i.image for i in loads if not i.filtered}
     if both:
@@ -155,7 +155,7 @@ def link(vertex: ScalarProgram, varyings: tuple[BuiltinName, ...]) -> ScalarProg
     used = {i.name for i in walk(body) if isinstance(i, LoadBuiltin)}
     builtins = tuple((n, t) for n, t in vertex.builtins if n in used)
     made_program = replace(vertex, outputs=linked_outputs, body=body, builtins=builtins)
-    read = {i.image for i in walk(body) if isinstance(i, LoadTexel)}
+    read = {i.image for i in texel_loads(body)}
     images = tuple(use for use in vertex.images if use.name in read or made_program.reads_size(use.name))
     names = {use.name for use in images}
     return replace(made_program, images=images, buffers=tuple(row for row in vertex.buffers if row[0] in names))
