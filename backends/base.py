@@ -96,6 +96,26 @@ class DevicePicture:
 
 
 @dataclass(frozen=True)
+class SentPass:
+    """What a device gets for one run of a pixel pass, to repeat it without passgraph.
+
+    Attributes
+    ----------
+    library : Python package whose calls repeat it, by the program of this name in `passgraph/assets/reproduction/`
+    sources : file name → text, as it is compiled
+    buffers : file name → bytes of parameters
+    calls : what else the calls of the library take, as values of JSON
+    images : NumPy's names of the types in which the device stores the images that are read
+    """
+
+    library: str
+    sources: dict[str, str]
+    buffers: dict[str, bytes]
+    calls: dict[str, Any]
+    images: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class Use:
     """The use of an adopted picture in a run.
 
@@ -291,6 +311,11 @@ class Backend(ABC):
         """Return the generated code of a step, for reading; empty if there is none.  ``sizes`` are the pictures'
         (width, height), by resource."""
         return ""
+
+    def sent(self, step: PixelStep, outputs: Sequence[Any], images: Sequence[Any], block: Block) -> SentPass | None:
+        """Return what the device gets for a pixel pass over these storages with these parameters; None if a backend
+        cannot say, or if another program could not repeat it."""
+        return None
 
     def pixel_chain(self, steps: Sequence[PixelStep]) -> ChainRunner | None:
         """Compile consecutive pixel passes as one, see :mod:`passgraph.plan.chains`; results must be bit-identical.

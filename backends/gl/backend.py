@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.backends.base import SNAP_PX, DeviceInfo, FloatBlock, PixelRunner, device_number
+from passgraph.backends.base import SNAP_PX, Block, DeviceInfo, FloatBlock, PixelRunner, SentPass, device_number
 from passgraph.backends.driver import DriverBackend, chosen_device, stored_clear
 from passgraph.backends.gl import gl_functions as g
 from passgraph.backends.gl import state as fixed
@@ -20,7 +20,7 @@ from passgraph.backends.gl.context import Context, OwnContext, device_names, dev
 from passgraph.backends.gl.counts import CountRun, counts
 from passgraph.backends.gl.glsl import GLSL
 from passgraph.backends.gl.measured import measure_offset_unit
-from passgraph.backends.gl.passes import DrawRun, Mesh, PixelRun
+from passgraph.backends.gl.passes import DrawRun, Mesh, PixelRun, filtered_images
 from passgraph.backends.gl.programs import Programs
 from passgraph.backends.gl.textures import (
     ALL_PLAIN,
@@ -29,6 +29,7 @@ from passgraph.backends.gl.textures import (
     Objects,
     Texture,
     gl_format_of,
+    placements_of,
 )
 from passgraph.errors import BackendError
 from passgraph.formats import Format, padded
@@ -264,6 +265,22 @@ class GLBackend(DriverBackend):
         varyings = step.varyings if isinstance(step, DrawStep) else ()
         shaders = [GLSL(p, varyings, ALL_PLAIN, self.programs.dialect).shader() for p in programs if p is not None]
         return "\n".join(shader.text for shader in shaders)
+
+    def sent(
+        self, step: PixelStep, outputs: Sequence[Texture], images: Sequence[Texture], block: Block
+    ) -> SentPass | None:
+        textures = [*outputs, *images]
+        if placements_of(outputs, images) is not ALL_PLAIN or filtered_images(step.program):
+            return None  # pictures of a host, or samplers with border rules
+        if any(texture.format.is_depth for texture in textures):
+            return None
+        dialect = self.programs.dialect
+        sources = {"pass.vert": dialect.fullscreen, "pass.frag": self.code(step, {})}
+        stored = [texture.gl_format for texture in textures]
+        described = [(one.internal, one.stored.channels, str(one.dtype)) for one in stored]
+        calls = {"outputs": described[: len(outputs)], "images": described[len(outputs) :]}
+        buffers = {"floats.bin": block.floats.tobytes(), "ints.bin": block.ints.tobytes()}
+        return SentPass("moderngl", sources, buffers, calls, tuple([type_ for *_, type_ in calls["images"]]))
 
     def draw_pass(self, step: DrawStep) -> DrawRun:
         with self.context as gl:

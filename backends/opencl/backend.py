@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from typing import Any, ClassVar
 
@@ -12,10 +12,12 @@ from numpy.typing import NDArray
 
 from passgraph.backends.base import (
     READ,
+    Block,
     DeviceInfo,
     DrawRunner,
     FloatBlock,
     PixelRunner,
+    SentPass,
     Use,
 )
 from passgraph.backends.driver import DriverBackend, chosen_device
@@ -294,6 +296,13 @@ class OpenCLBackend(DriverBackend):
         from passgraph.backends.opencl.pixel import readable_source
 
         return readable_source(step, sizes) if isinstance(step, PixelStep) else ""
+
+    def sent(
+        self, step: PixelStep, outputs: Sequence[Storage], images: Sequence[Storage], block: Block
+    ) -> SentPass | None:
+        from passgraph.backends.opencl.sent import sent_pass
+
+        return sent_pass(self, step, outputs, images, block)
 
     def draw_pass(self, step: DrawStep) -> DrawRunner:
         from passgraph.backends.opencl.raster import DrawPassRunner

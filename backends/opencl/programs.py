@@ -65,13 +65,19 @@ class Programs:
 
         if self.declares:
             try:
-                program = cl.Program(self.context, package_text("declared.cl") + text)
-                return program.build([*self.options, ALL_DECLARED], [self.device])
+                source, options = self.sent(text)
+                return cl.Program(self.context, source).build(options, [self.device])
             except cl.Error:
                 pass  # it may need the driver's own; if not, the standalone source has the error's line
         built = cl.Program(self.context, text).build(self.options, [self.device])
         self.declares = False
         return built
+
+    def sent(self, text: str) -> tuple[str, list[str]]:
+        """Return the source that is compiled for a text, and the compiler's options."""
+        if self.declares:
+            return package_text("declared.cl") + text, [*self.options, ALL_DECLARED]
+        return text, self.options
 
     def close(self) -> None:
         self.built.clear()

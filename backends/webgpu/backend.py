@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 from numpy.typing import NDArray
 
-from passgraph.backends.base import SNAP_PX, DeviceInfo, DrawRunner, FloatBlock, PixelRunner
+from passgraph.backends.base import SNAP_PX, Block, DeviceInfo, DrawRunner, FloatBlock, PixelRunner, SentPass
 from passgraph.backends.driver import DriverBackend
 from passgraph.backends.turn import check_driver, open_driver
 from passgraph.backends.webgpu import devices, transfers
@@ -257,6 +257,13 @@ class WebGPUBackend(DriverBackend):
 
     def own_way(self, step: CountStep) -> str | None:
         return "each texel adds to its bin in a table of its row, in a compute shader" if counts(self, step) else None
+
+    def sent(
+        self, step: PixelStep, outputs: Sequence[Texture], images: Sequence[Texture], block: Block
+    ) -> SentPass | None:
+        from passgraph.backends.webgpu.sent import sent_pass
+
+        return sent_pass(self, step, outputs, images, block)
 
     def draw_pass(self, step: DrawStep) -> DrawRunner:
         self.check_open()

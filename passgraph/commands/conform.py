@@ -17,7 +17,7 @@ from passgraph.commands.running import progress
 from passgraph.commands.written_files import check_path
 from passgraph.errors import InputError
 from passgraph.language.native import Math
-from passgraph.writing import write_text
+from passgraph.writing import made_folder, write_text
 
 if TYPE_CHECKING:
     from passgraph.verify.conformance import SuiteReport
@@ -64,6 +64,13 @@ KINDS, MOST_ERRORS = ("new failure", "known failure", "mended", "good", "not run
     metavar="A.json B.json",
     help="Compare the results of two runs case by case, and run none.",
 )
+@click.option(
+    "--export-repro",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="Write each failed pixel pass as a folder that repeats it without passgraph, for a report to the driver's "
+    "authors.",
+)
 @math_option
 @click.option(
     "--functions", is_flag=True, help="Measure the error of each function (exp, sin …) in ULP instead of running cases."
@@ -82,7 +89,8 @@ KINDS, MOST_ERRORS = ("new failure", "known failure", "mended", "good", "not run
 )
 def conform(
     backend: str | None, groups: tuple[str, ...], only: tuple[str, ...], skip: tuple[str, ...], quick: bool,
-    most_seconds: float | None, repeat: int, baseline: Path | None, compare: tuple[Path, Path] | None, math: Math,
+    most_seconds: float | None, repeat: int, baseline: Path | None, compare: tuple[Path, Path] | None,
+    export_repro: Path | None, math: Math,
     functions: bool, names: tuple[str, ...], report: Path | None, json_path: Path | None,
 ) -> int:  # fmt: skip
     """Run the conformance suite on a backend: every operation, format, draw state and effect, on small pictures.
@@ -97,7 +105,9 @@ def conform(
     from passgraph.verify.conformance import cases, kept_results, run
     from passgraph.verify.conformance.selection import most_telling_first, selected
 
-    of_cases = bool(groups or only or skip or quick or most_seconds or repeat > 1 or baseline or json_path)
+    of_cases = bool(
+        groups or only or skip or quick or most_seconds or repeat > 1 or baseline or json_path or export_repro
+    )
     if compare is not None:
         if backend is not None or of_cases or functions or names:
             raise InputError("--compare reads two reports and runs nothing; leave out all options but --report")
@@ -114,6 +124,8 @@ def conform(
     for path in (report, json_path):
         if path is not None:
             check_path(path)
+    if export_repro is not None:
+        made_folder(export_repro)
     known = None if baseline is None else kept_results.load(baseline)
     chosen = selected(cases(groups or None, quick=quick), only, skip)
     if most_seconds is not None:
@@ -129,10 +141,26 @@ def conform(
     if json_path is not None:
         write_text(json_path, kept_results.json_of(result))
         click.echo(f"{json_path}: written")
+    if export_repro is not None:
+        _export(result, chosen, backend, math, export_repro)
     if known is None:
         return 0 if result.passed else 1
     now = kept_results.kept(json.loads(kept_results.json_of(result)), result.backend)
     return _show_changes(known, now, str(baseline))
+
+
+def _export(report: SuiteReport, cases: list[Case], backend: str, math: Math, folder: Path) -> None:
+    """Write a reproduction of each case that diverged."""
+    from passgraph.backends.registry import open_backend
+    from passgraph.verify.conformance.judging import Judge
+    from passgraph.verify.reproduction import folder_name, write_reproduction
+
+    diverged = {verdict.id for verdict in report.verdicts if verdict.divergence is not None}
+    with open_backend(backend) as opened:
+        for case in (case for case in cases if case.id in diverged):
+            place = folder / folder_name(case.id)
+            why = write_reproduction(Judge(case, math=math).passes, opened, place)
+            click.echo(f"{case.id}: no reproduction: {why}" if why else f"{place}: written; run reproduce.py there")
 
 
 def _compare(one: Path, other: Path, report: Path | None) -> int:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import SimpleNamespace
@@ -51,15 +52,22 @@ class Tally:
         return f"{cases}{refused}; verdicts: {on}{vague}"
 
 
-def save(case: Case, why: str, folder: Path) -> Path:
-    """Write a case into a folder, named by its content, with texts split into lines for readability."""
+def case_key(case: Case) -> str:
+    """Return ten digits that depend on the content."""
     import hashlib
 
-    key = hashlib.sha256(json.dumps(case, sort_keys=True).encode()).hexdigest()[:10]
+    return hashlib.sha256(json.dumps(case, sort_keys=True).encode()).hexdigest()[:10]
+
+
+def save(case: Case, why: str, folder: Path, conditions: Sequence[Mapping[str, Any]] = ()) -> Path:
+    """Write a case into a folder, named by its content, with texts split into lines for readability.
+
+    ``conditions`` : devices, versions and options on which it failed
+    """
     folder.mkdir(parents=True, exist_ok=True)
-    path = folder / f"{case['kind']}-{key}.json"
+    path = folder / f"{case['kind']}-{case_key(case)}.json"
     lines = {k: v.splitlines() if k in ("text", "other") else v for k, v in case.items()}
-    write_text(path, json.dumps({**lines, "why": why}, indent=1) + "\n")
+    write_text(path, json.dumps({**lines, "why": why, "conditions": list(conditions)}, indent=1) + "\n")
     return path
 
 
@@ -71,7 +79,8 @@ def load(path: Path) -> dict[str, Any]:
         raise InputError(f"{path} cannot be read as a case: {error}") from error
     if not isinstance(case, dict):
         raise InputError(f"{path} holds no case")
-    case.pop("why", None)
+    for told in ("why", "conditions"):
+        case.pop(told, None)
     return {k: "\n".join([*v, ""]) if k in ("text", "other") and isinstance(v, list) else v for k, v in case.items()}
 
 

@@ -215,16 +215,21 @@ def different(
     return ""
 
 
+def needed_inputs(outputs: dict[str, Target]) -> dict[str, Any]:
+    """Return the inputs and values of a single run."""
+    needed = {"frame": unit(0, SIZES[0]), "still": unit(10, SIZES[0]), "by": 0.5}
+    with compile_graph(outputs, NullBackend(), options=Options(cull=False)) as program:
+        names = {*program.plan.inputs, *program.plan.values, *program.inputs}
+    return {name: value for name, value in needed.items() if name in names}
+
+
 def graph_outcome(case: Case, outputs: dict[str, Target], backends: list[Backend], tally: Tally) -> str:
     """Return the oracle's verdict on every pass, then compare runs with one optimization off and all on, bit for
     bit."""
     if not plannable(outputs):
         tally.refused += 1
         return ""
-    needed = {"frame": unit(0, SIZES[0]), "still": unit(10, SIZES[0]), "by": 0.5}
-    with compile_graph(outputs, NullBackend(), options=Options(cull=False)) as program:
-        names = {*program.plan.inputs, *program.plan.values, *program.inputs}
-    why = judged(outputs, backends, tally, **{n: v for n, v in needed.items() if n in names})
+    why = judged(outputs, backends, tally, **needed_inputs(outputs))
     if why:
         return why
     off = Options.without(case["off"])

@@ -17,8 +17,9 @@ from hypothesis.strategies import SearchStrategy
 from passgraph.backends.base import Backend
 from passgraph.errors import GraphError, InputError, KernelError
 from passgraph.verify.fuzz import random_draws, random_graphs, variants
-from passgraph.verify.fuzz.cases import Case, Tally, kernel_outcome, output_of
+from passgraph.verify.fuzz.cases import Case, Tally, inputs_of, kernel_outcome, output_of
 from passgraph.verify.fuzz.random_kernels import SIDE
+from passgraph.verify.oracle.pass_bounds import Passes
 
 
 class Judge(Protocol):
@@ -62,6 +63,17 @@ def outcome(case: Case, backends: Iterable[Backend], tally: Tally | None = None)
         except Exception as error:
             # Any exception after the language's own checks is a failure.
             return f"raised {type(error).__name__}: {' '.join(str(error).split())}"
+
+
+def passes_of(case: Case) -> Passes | None:
+    """Return the graph of a case with its inputs, for `passgraph.verify.reproduction`; None for a draw."""
+    if case["kind"] in ("kernel", "variant"):
+        out = output_of(case, case["other" if case["kind"] == "variant" else "text"])
+        return Passes({"out": out}, None, [inputs_of(case, out)])
+    if case["kind"] == "graph":
+        outputs = random_graphs.grown(case)
+        return Passes(outputs, None, [random_graphs.needed_inputs(outputs)])
+    return None
 
 
 #: Cases between two checks of time and counts; a graph compiles many kernels.

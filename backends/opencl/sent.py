@@ -1,0 +1,40 @@
+"""What a device gets for a pixel pass, to repeat it without passgraph."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from passgraph.backends.base import Block, SentPass
+from passgraph.backends.opencl.pixel import PixelPassRunner
+from passgraph.backends.opencl.storage import Storage
+from passgraph.plan.data import PixelStep
+
+if TYPE_CHECKING:
+    from passgraph.backends.opencl.backend import OpenCLBackend
+
+
+def sent_pass(
+    backend: OpenCLBackend, step: PixelStep, outputs: Sequence[Storage], images: Sequence[Storage], block: Block
+) -> SentPass | None:
+    """Return what a pass over these storages sends; None for storages of a host."""
+    if any(storage.placement is not None or storage.is_borrowed for storage in (*outputs, *images)):
+        return None
+    runner = PixelPassRunner(backend, step)
+    runner(outputs, images, block)
+    # The text of the program that these kernels belong to.
+    own, programs = runner.launches[0].kernel.program.int_ptr, backend.programs
+    text = next(text for text, program in programs.built.items() if program.int_ptr == own)
+    source, options = programs.sent(text)
+    launches = [
+        (launch.kernel.function_name, launch.items, launch.group, [int(number) for number in launch.cut.tolist()])
+        for launch in runner.launches
+    ]
+    sizes = [4 * size for size in runner.uniforms.sizes]
+    parts = (block.floats.tobytes(), block.ints.tobytes())
+    buffers = {
+        name: part.ljust(size, b"\0") for name, part, size in zip(("floats.bin", "ints.bin"), parts, sizes, strict=True)
+    }
+    formats = [(storage.format.channels, storage.format.number) for storage in outputs]
+    calls = {"options": options, "launches": launches, "formats": formats, "image_count": len(images)}
+    return SentPass("pyopencl", {"pass.cl": source}, buffers, calls, tuple([image.format.number for image in images]))
