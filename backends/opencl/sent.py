@@ -18,7 +18,7 @@ def sent_pass(
     backend: OpenCLBackend, step: PixelStep, outputs: Sequence[Storage], images: Sequence[Storage], block: Block
 ) -> SentPass | None:
     """Return what a pass over these storages sends; None for storages of a host."""
-    if any(storage.placement is not None or storage.is_borrowed for storage in (*outputs, *images)):
+    if any(not storage.layout.is_tight or storage.is_borrowed for storage in (*outputs, *images)):
         return None
     runner = PixelPassRunner(backend, step)
     runner(outputs, images, block)

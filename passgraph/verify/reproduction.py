@@ -16,10 +16,10 @@ import numpy as np
 
 from passgraph.backends.base import Backend, Block, SentPass
 from passgraph.formats import Format
-from passgraph.plan.data import PixelStep
+from passgraph.plan.data import CountStep, PixelStep
 from passgraph.verify.conditions import Conditions
-from passgraph.verify.conformance.judging import divergence
-from passgraph.verify.oracle.pass_bounds import Key, Passes, Picture
+from passgraph.verify.conformance.judging import divergence, first_outside
+from passgraph.verify.oracle.pass_bounds import Passes
 from passgraph.writing import made_folder, write_files
 
 #: Programs that are copied: they run in the folder, and are not imported here.
@@ -65,20 +65,21 @@ def write_reproduction(passes: Passes, backend: Backend, folder: Path) -> str:
         Why there is no reproduction; empty if it was written. Only pixel passes have one, on backends that say what
         they send (`Backend.sent`).
     """
-    expected, allowed = passes.allowed(backend.promises)
-    written = _written(passes, backend, expected)
-    key = next((key for key, got in written.items() if allowed[key].values.without(got).any()), None)
-    if key is None:
+    first = first_outside(passes, backend)
+    if first is None:
         return "no target is outside of its bounds when the graph runs again"
+    key, got = first
     frame, number, resource = key
     step = passes.plan.steps[number]
-    if not isinstance(step, PixelStep) or step.known is not None:
+    if not isinstance(step, PixelStep) or isinstance(step, CountStep):
         return f"{step.name} is no pixel pass"
+    expected, allowed = passes.allowed(backend.promises)
     with _recording(backend, step.name, frame) as recorded:
-        written = _written(passes, backend, expected)
+        for _ in passes.written(backend, expected):
+            pass
     if recorded.sent is None:
         return f"{backend.name} does not say what it sends for pass {step.name}"
-    got, bounds, sent = written[key], allowed[key].values, recorded.sent
+    bounds, sent = allowed[key].values, recorded.sent
     found = divergence("", got, expected[key], bounds.lo, bounds.hi, bounds.without(got))
     target = passes.plan.resources[resource]
     conditions = Conditions.now(backend, math=passes.plan.options.math)
@@ -116,10 +117,6 @@ def folder_name(text: str) -> str:
     'draws-blend-from-beyond-0-1-into-rgba8'
     """
     return re.sub(r"[^\w.]+", "-", text).strip("-")
-
-
-def _written(passes: Passes, backend: Backend, expected: dict[Key, Picture]) -> dict[Key, Picture]:
-    return {key: picture for written in passes.written(backend, expected) for key, picture in written.items()}
 
 
 @contextmanager

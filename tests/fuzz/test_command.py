@@ -48,16 +48,32 @@ def test_a_failure_is_1_and_written_with_the_line_that_replays_it(
     skewed: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     folder = tmp_path / "failures"
-    arguments = ["fuzz", "--minutes", "0.02", "--what", "kernels", "-b", skewed, "--failures", str(folder)]
+    arguments = ["fuzz", "--minutes", "0.02", "--seed", "0", "--what", "kernels", "-b", skewed]
+    arguments += ["--failures", str(folder), "--export-repro", str(tmp_path / "repro")]
     assert run(arguments) == 1
     (path,) = folder.glob("*.json")
     said = capsys.readouterr().out
+    assert "no reproduction on skewed: skewed does not say what it sends for pass out" in said
     assert f"again: passgraph fuzz --replay {path} --backend skewed" in said
-    assert json.loads(path.read_text())["why"].startswith("skewed: pass out, target out: outside its bounds")
+    kept = json.loads(path.read_text())
+    assert kept["why"].startswith("skewed: pass out, target out: outside its bounds")
+    assert [one["options"] for one in kept["conditions"]] == [{"seed": 0}]
+    assert kept["conditions"][0]["devices"] == {"skewed": [vars(Skewed().device_info())]}
     assert run(["fuzz", "--replay", str(path), "-b", skewed]) == 1
     monkeypatch.undo()
     assert run(["fuzz", "--replay", str(folder), "-b", "reference"]) == 0
     assert "1 run again, 0 failed" in capsys.readouterr().out
+
+
+def test_each_run_has_a_seed_of_its_own_and_says_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    seeds = []
+    for given in ([], [], ["--seed", "7"]):
+        assert run(["fuzz", "--minutes", "0", "-b", "reference", "--failures", str(tmp_path / "none"), *given]) == 0
+        first = capsys.readouterr().out.splitlines()[0]
+        seeds.append(first.removeprefix("seed ").split(";")[0])
+        assert first == f"seed {seeds[-1]}; again: --seed {seeds[-1]}"
+    assert len(set(seeds)) == 3
+    assert seeds[2] == "7"
 
 
 @pytest.mark.parametrize(

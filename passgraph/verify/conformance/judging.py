@@ -22,6 +22,7 @@ from passgraph.language.native import Math
 from passgraph.plan.data import Options
 from passgraph.run.compile import compile
 from passgraph.verify.compare import distance
+from passgraph.verify.conformance.border_swaps import border_swap
 from passgraph.verify.conformance.case import Case, Picture
 from passgraph.verify.conformance.causes import Found, cause
 from passgraph.verify.kinds import reads_at, reads_in_words
@@ -191,7 +192,8 @@ class Judge:
         found_at = divergence(where, got, expected[key], bounds.lo, bounds.hi, beyond)
         column, row = found_at.pixel
         found = Found(got, expected[key], bounds, target.format, None if before is None else before.values)
-        return replace(found_at, reads=reads_at(self.passes, key, expected, row, column), cause=cause(found))
+        reason = border_swap(self.passes, key, expected, found) or cause(found)
+        return replace(found_at, reads=reads_at(self.passes, key, expected, row, column), cause=reason)
 
     def _vacuous(self, targets: Sequence[TargetVerdict]) -> tuple[Outcome, str]:
         for target in targets:
@@ -230,6 +232,26 @@ class Judge:
             if beyond.any():
                 return divergence(f"output {name}, all optimisations on", got, expected, expected, expected, beyond)
         return None
+
+
+def first_outside(passes: Passes, backend: Backend) -> tuple[Key, Picture] | None:
+    """Run a graph, each pass on the reference's pictures; return the first target outside of its bounds, as it is."""
+    expected, allowed = passes.allowed(backend.promises)
+    for written in passes.written(backend, expected):
+        for key, got in written.items():
+            if allowed[key].values.without(got).any():
+                return key, got
+    return None
+
+
+def explain(passes: Passes, backend: Backend) -> str:
+    """Return the likely mistake in the first target that is outside of its bounds; empty if unknown or none is."""
+    first = first_outside(passes, backend)
+    if first is None:
+        return ""
+    (key, got), (expected, allowed) = first, passes.allowed(backend.promises)
+    found = Found(got, expected[key], allowed[key].values, passes.plan.resources[key[2]].format)
+    return border_swap(passes, key, expected, found) or cause(found)
 
 
 def divergence(

@@ -161,5 +161,40 @@ def batch(
     try:
         run()
     except _FoundError:
-        return failures[-1]  # hypothesis ends with the smallest
+        smallest = failures[-1]  # hypothesis ends with the smallest
+        return _explained(without_dead_lines(smallest, verdict), opened)
     return None
+
+
+def without_dead_lines(failure: Failure, verdict: Callable[[Case], str]) -> Failure:
+    """Return a failing kernel without the lines, and blocks, that it fails without; other cases as they are."""
+    if failure.case["kind"] != "kernel":
+        return failure  # the two texts of a variant must stay the same function
+    number = 0
+    while number < len(lines := failure.case["text"].splitlines()):
+        depth = _depth(lines[number])
+        end = next((k for k in range(number + 1, len(lines)) if _depth(lines[k]) <= depth), len(lines))
+        shorter = {**failure.case, "text": "\n".join([*lines[:number], *lines[end:], ""])}
+        why = verdict(shorter)
+        if why:
+            failure, number = Failure(shorter, why), 0  # what it read may be dead now
+        else:
+            number += 1
+    return failure
+
+
+def _depth(line: str) -> int:
+    return len(line) - len(line.lstrip())
+
+
+def _explained(failure: Failure, backends: Iterable[Backend]) -> Failure:
+    """Add the likely mistake to the reason of a failure, if its picture shows one."""
+    from passgraph.verify.conformance.judging import explain
+
+    passes = passes_of(failure.case)
+    for backend in backends if passes is not None else ():
+        assert passes is not None
+        cause = explain(passes, backend)
+        if cause:
+            return Failure(failure.case, f"{failure.why}. {cause}")
+    return failure
