@@ -15,7 +15,7 @@ from passgraph.backends.base import Backend
 from passgraph.commands.input_values import opened
 from passgraph.commands.options import FiniteRange, backends_option
 from passgraph.commands.written_files import check_folder
-from passgraph.errors import DeviceMissingError
+from passgraph.errors import DeviceMissingError, InputError
 from passgraph.writing import made_folder
 
 if TYPE_CHECKING:
@@ -141,7 +141,12 @@ def _export(case: Case, backends: list[Backend], folder: Path) -> None:
     passes, name = passes_of(case), f"{case['kind']}-{case_key(case)}"
     for backend in backends:
         place = folder / f"{name}-{backend.name}"
-        why = "it is a draw" if passes is None else write_reproduction(passes, backend, place)
+        try:
+            why = "it is a draw" if passes is None else write_reproduction(passes, backend, place)
+        except InputError:
+            raise  # the folder cannot be written
+        except Exception as error:  # of a backend that raises
+            why = f"it raised {type(error).__name__}"
         click.echo(f"{name}: no reproduction on {backend.name}: {why}" if why else f"{place}: written")
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 from time import monotonic
 from typing import Any, Protocol
@@ -194,7 +195,7 @@ def _explained(failure: Failure, backends: Iterable[Backend]) -> Failure:
     passes = passes_of(failure.case)
     for backend in backends if passes is not None else ():
         assert passes is not None
-        cause = explain(passes, backend)
-        if cause:
-            return Failure(failure.case, f"{failure.why}. {cause}")
+        with suppress(Exception):  # a backend that raised does so again
+            if cause := explain(passes, backend):
+                return Failure(failure.case, f"{failure.why}. {cause}")
     return failure
