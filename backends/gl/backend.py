@@ -20,7 +20,7 @@ from passgraph.backends.gl.context import Context, OwnContext, device_names, dev
 from passgraph.backends.gl.counts import CountRun, counts
 from passgraph.backends.gl.glsl import GLSL
 from passgraph.backends.gl.measured import measure_offset_unit
-from passgraph.backends.gl.passes import DrawRun, Mesh, PixelRun, filtered_images
+from passgraph.backends.gl.passes import DrawRun, Mesh, PixelRun
 from passgraph.backends.gl.programs import Programs
 from passgraph.backends.gl.textures import (
     ALL_PLAIN,
@@ -35,6 +35,7 @@ from passgraph.errors import BackendError
 from passgraph.formats import Format, padded
 from passgraph.graph.draw_state import Geometry
 from passgraph.language.native import GLSL as GLSL_ACCURACY
+from passgraph.language.scalar import filtered_images
 from passgraph.plan.data import CountStep, DrawStep, PixelStep
 from passgraph.plan.limits import Limits
 

@@ -9,9 +9,10 @@ import numpy as np
 
 from passgraph.backends.base import Block, SentPass
 from passgraph.backends.webgpu.devices import FEATURES
-from passgraph.backends.webgpu.programs import filtered_images, packed, packed_tables
+from passgraph.backends.webgpu.programs import packed, packed_tables
 from passgraph.backends.webgpu.textures import Texture
 from passgraph.backends.webgpu.wgsl import FIRST_IMAGE, FULLSCREEN, LINEAR, NEAREST, PARAMETERS, WRAP_MODES
+from passgraph.language.scalar import filtered_images
 from passgraph.plan.data import PixelStep
 
 if TYPE_CHECKING:
