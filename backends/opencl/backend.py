@@ -300,9 +300,12 @@ class OpenCLBackend(DriverBackend):
     def sent(
         self, step: PixelStep, outputs: Sequence[Storage], images: Sequence[Storage], block: Block
     ) -> SentPass | None:
+        from passgraph.backends.opencl.pixel import PixelPassRunner
         from passgraph.backends.opencl.sent import sent_pass
 
-        return sent_pass(self, step, outputs, images, block)
+        runner = PixelPassRunner(self, step)
+        runner(outputs, images, block)
+        return sent_pass(self.programs, runner, outputs, images, block)
 
     def draw_pass(self, step: DrawStep) -> DrawRunner:
         from passgraph.backends.opencl.raster import DrawPassRunner

@@ -3,27 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import Any
 
 from passgraph.backends.base import Block, SentPass
-from passgraph.backends.opencl.pixel import PixelPassRunner
+from passgraph.backends.opencl.programs import Programs
 from passgraph.backends.opencl.storage import Storage
-from passgraph.plan.data import PixelStep
-
-if TYPE_CHECKING:
-    from passgraph.backends.opencl.backend import OpenCLBackend
 
 
 def sent_pass(
-    backend: OpenCLBackend, step: PixelStep, outputs: Sequence[Storage], images: Sequence[Storage], block: Block
+    programs: Programs, runner: Any, outputs: Sequence[Storage], images: Sequence[Storage], block: Block
 ) -> SentPass | None:
-    """Return what a pass over these storages sends; None for storages of a host."""
+    """Return what a pass over these storages sends; None for storages of a host.
+
+    ``runner`` : the `PixelPassRunner` of the pass, which has run over them
+    """
     if any(not storage.layout.is_tight or storage.is_borrowed for storage in (*outputs, *images)):
         return None
-    runner = PixelPassRunner(backend, step)
-    runner(outputs, images, block)
     # The text of the program that these kernels belong to.
-    own, programs = runner.launches[0].kernel.program.int_ptr, backend.programs
+    own = runner.launches[0].kernel.program.int_ptr
     text = next(text for text, program in programs.built.items() if program.int_ptr == own)
     source, options = programs.sent(text)
     launches = [

@@ -263,7 +263,7 @@ class WebGPUBackend(DriverBackend):
     ) -> SentPass | None:
         from passgraph.backends.webgpu.sent import sent_pass
 
-        return sent_pass(self, step, outputs, images, block)
+        return sent_pass(self.code(step, {}), self.device.features, step, outputs, images, block)
 
     def draw_pass(self, step: DrawStep) -> DrawRunner:
         self.check_open()

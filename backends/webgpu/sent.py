@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Container, Sequence
 
 import numpy as np
 
@@ -15,25 +14,27 @@ from passgraph.backends.webgpu.wgsl import FIRST_IMAGE, FULLSCREEN, LINEAR, NEAR
 from passgraph.language.scalar import filtered_images
 from passgraph.plan.data import PixelStep
 
-if TYPE_CHECKING:
-    from passgraph.backends.webgpu.backend import WebGPUBackend
-
 
 def sent_pass(
-    backend: WebGPUBackend, step: PixelStep, outputs: Sequence[Texture], images: Sequence[Texture], block: Block
+    code: str,
+    features: Container[str],
+    step: PixelStep,
+    outputs: Sequence[Texture],
+    images: Sequence[Texture],
+    block: Block,
 ) -> SentPass | None:
     """Return what a pass over these textures sends; None with depth, or images that the device filters."""
     textures = [*outputs, *images]
     if filtered_images(step.program) or any(texture.format.is_depth for texture in textures):
         return None
-    sources = {"corners.wgsl": FULLSCREEN, "pass.wgsl": backend.code(step, {})}
+    sources = {"corners.wgsl": FULLSCREEN, "pass.wgsl": code}
     parameters = packed(step.program, step.size, 1, block, packed_tables(step.program))
     stored = [texture.stored for texture in textures]
     described = [(one.name, one.format.channels, str(np.dtype(one.format.number))) for one in stored]
     calls = {
         "outputs": described[: len(outputs)], "images": described[len(outputs) :], "parameters": PARAMETERS,
         "nearest": NEAREST, "linear": LINEAR, "modes": list(WRAP_MODES.values()), "first_image": FIRST_IMAGE,
-        "features": [name for name in FEATURES if name in backend.device.features],
+        "features": [name for name in FEATURES if name in features],
     }  # fmt: skip
     types = tuple([type_ for _, _, type_ in described[len(outputs) :]])
     return SentPass("wgpu", sources, {"parameters.bin": parameters}, calls, types)

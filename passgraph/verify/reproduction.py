@@ -22,7 +22,7 @@ from passgraph.verify.conformance.judging import divergence, first_outside
 from passgraph.verify.oracle.pass_bounds import Passes
 from passgraph.writing import made_folder, write_files
 
-#: Programs that are copied: they run in the folder, and are not imported here.
+#: Texts of the programs: they run in the folder that they are copied to, and are no modules of passgraph.
 PROGRAMS = Path(__file__).parents[1] / "assets" / "reproduction"
 README = """A pass whose result on this device is outside of what its arithmetic and its formats allow:
 
@@ -93,8 +93,8 @@ def write_reproduction(passes: Passes, backend: Backend, folder: Path) -> str:
     low, high, may_be_nan = (np.broadcast_to(part, got.shape) for part in (bounds.lo, bounds.hi, bounds.nan))
     contents["allowed.npz"] = _bytes_of(np.savez_compressed, low=low, high=high, may_be_nan=may_be_nan)
     contents["case.json"] = (json.dumps(case, indent=1) + "\n").encode()
-    contents["case.py"] = (PROGRAMS / "case.py").read_bytes()
-    contents["reproduce.py"] = (PROGRAMS / f"{sent.library}_pass.py").read_bytes()
+    contents["case.py"] = (PROGRAMS / "case.py.txt").read_bytes()
+    contents["reproduce.py"] = (PROGRAMS / f"{sent.library}_pass.py.txt").read_bytes()
     column, row = found.pixel
     facts = [
         ("pass", f"{step.name}, target {target.name} ({target.format.name})"),
