@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 import passgraph as pg
+from passgraph import language
 from passgraph.arguments import shown
 from passgraph.backends.registry import open_backend
-from passgraph.language import functions, primitives, symbols, vectors
 from tests import wrong_sweep
 from tests.wrong_sweep import Call
 from tests.wrong_uses import USES
@@ -83,10 +83,8 @@ def test_every_public_name_is_swept() -> None:
         "InputError", "KernelError",
         "view",  # a server; tests/viewer has what it refuses
     }  # fmt: skip
-    language = {
-        name for module in (symbols, functions, primitives, vectors) for name in module.__all__
-    }  # told by kernels' own errors
-    assert set(pg.__all__) - plain - language <= swept
+    of_kernels = set(language.__all__)  # told by kernels' own errors
+    assert set(pg.__all__) - plain - of_kernels <= swept
 
 
 # What is right, beside what is wrong
