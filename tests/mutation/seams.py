@@ -93,7 +93,8 @@ MUTANTS = (
     Mutant("DrawRun._depth", "step.state.clear_stencil", "0", "webgpu",
            ("draws/stencil increment three times from 254",)),
     Mutant("primitive", '"front_face": "ccw"', '"front_face": "cw"', "webgpu", ("draw states/cull back, place",)),
-    Mutant("texels", "padded[..., :3] = given", "padded[..., 2::-1] = given", "webgpu", ("pictures/rgb32f 1x1 clamp",)),
+    Mutant("convert", "source[..., :channels], into", "source[..., channels - 1 :: -1], into", "webgpu",
+           ("pictures/rgb32f 1x1 clamp",)),
     Mutant("_LIKE_C", '"max({0}, 0 - {0})"', '"{0}"', "webgpu", ("operations/abs of ints",)),
 )
 # fmt: on
