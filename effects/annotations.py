@@ -21,6 +21,7 @@ from passgraph.ranges import Range
 def check(value: object, hint: Any, what: str) -> None:
     """Raise GraphError if an annotation does not allow a value; ``what`` begins the message.
 
+    >>> import passgraph as pg
     >>> check(9, Annotated[int, pg.Range(1, 8)], "bloom: levels")
     Traceback (most recent call last):
     passgraph.errors.GraphError: bloom: levels must be 1 to 8, got 9
@@ -110,6 +111,7 @@ def words_of(hint: Any) -> list[str]:
 def described(hint: Any) -> str:
     """Describe the values that an annotation allows, apart from ranges.
 
+    >>> import passgraph as pg
     >>> described(float | pg.Value | None), described(tuple[float, float, float])
     ('a finite number or a pg.Value or None', '3 finite numbers')
     """

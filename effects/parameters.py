@@ -71,6 +71,7 @@ def parameters_of(function: Callable[..., Any]) -> tuple[Parameter, ...]:
     Names, targets to write into and scenes cannot.  For a function that is not an effect: arguments with a default.
 
     >>> from passgraph.effects.checked import checked
+    >>> import passgraph as pg
     >>> @checked
     ... def dimmed(color: pg.Target, share: Annotated[float, pg.Range(0, 1)] = 0.5, name: str = "x") -> pg.Target:
     ...     '''Darker.

@@ -35,6 +35,7 @@ MapSize = Annotated[int, Range(16, 8192, "texels")]
 def mapped(value: Any, function: Callable[[Any], object]) -> Any:
     """Return ``function(value)``; for a run value, a value computed at each run.
 
+    >>> import passgraph as pg
     >>> mapped(0.0, axis_of), mapped(pg.Value("angle"), axis_of).name
     ((1.0, 0.0), 'angle')
     """
@@ -44,6 +45,7 @@ def mapped(value: Any, function: Callable[[Any], object]) -> Any:
 def combined(function: Callable[..., object], *given: Any) -> Any:
     """Return a function of numbers and of run values; with any of these, it is computed at each run.
 
+    >>> import passgraph as pg
     >>> combined(max, 1.0, 2.0), combined(max, pg.Value("a"), 2.0, pg.Value("b").map(abs)).name
     (2.0, 'a+b')
     """
