@@ -1,4 +1,4 @@
-; Sources 51982f8b9c34f81017876135eeb57ea8607d2b3e43f43404aa71642bcf1e966f
+; Sources 2639d72187b2918dbff16475bd51279b01cbd8b80833b084118f22b0e69242ce
 ; Made by `python -m passgraph.backends.numpy.raster.generate`.
 
 define internal i32 @classify(ptr noalias %retptr, ptr noalias %excinfo, i64 %arg.first, i64 %arg.last, i64 %arg.chunk, ptr noalias %arg.triangles.0, ptr noalias %arg.triangles.1, i64 %arg.triangles.2, i64 %arg.triangles.3, ptr noalias %arg.triangles.4, i64 %arg.triangles.5.0, i64 %arg.triangles.5.1, i64 %arg.triangles.6.0, i64 %arg.triangles.6.1, ptr noalias %arg.codes.0, ptr noalias %arg.codes.1, i64 %arg.codes.2, i64 %arg.codes.3, ptr noalias %arg.codes.4, i64 %arg.codes.5.0, i64 %arg.codes.6.0, ptr noalias %arg.kinds.0, ptr noalias %arg.kinds.1, i64 %arg.kinds.2, i64 %arg.kinds.3, ptr noalias %arg.kinds.4, i64 %arg.kinds.5.0, i64 %arg.kinds.6.0, ptr noalias %arg.counts.0, ptr noalias %arg.counts.1, i64 %arg.counts.2, i64 %arg.counts.3, ptr noalias %arg.counts.4, i64 %arg.counts.5.0, i64 %arg.counts.5.1, i64 %arg.counts.6.0, i64 %arg.counts.6.1) {

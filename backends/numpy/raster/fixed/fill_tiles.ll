@@ -1,4 +1,4 @@
-; Sources 51982f8b9c34f81017876135eeb57ea8607d2b3e43f43404aa71642bcf1e966f
+; Sources 2639d72187b2918dbff16475bd51279b01cbd8b80833b084118f22b0e69242ce
 ; Made by `python -m passgraph.backends.numpy.raster.generate`.
 
 define internal i32 @fill_tiles(ptr noalias %retptr, ptr noalias %excinfo, i64 %arg.first, i64 %arg.last, i64 %arg.chunk, ptr noalias %arg.ready.0, ptr noalias %arg.ready.1, i64 %arg.ready.2, i64 %arg.ready.3, ptr noalias %arg.ready.4, i64 %arg.ready.5.0, i64 %arg.ready.5.1, i64 %arg.ready.6.0, i64 %arg.ready.6.1, i64 %arg.tiles_x, ptr noalias %arg.cursors.0, ptr noalias %arg.cursors.1, i64 %arg.cursors.2, i64 %arg.cursors.3, ptr noalias %arg.cursors.4, i64 %arg.cursors.5.0, i64 %arg.cursors.5.1, i64 %arg.cursors.6.0, i64 %arg.cursors.6.1, ptr noalias %arg.lists.0, ptr noalias %arg.lists.1, i64 %arg.lists.2, i64 %arg.lists.3, ptr noalias %arg.lists.4, i64 %arg.lists.5.0, i64 %arg.lists.6.0) {
