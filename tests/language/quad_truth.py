@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from passgraph.backends.reference.interpreter import Interpreter, NumberDomain
 from passgraph.backends.reference.stage import BoundStage, Builtins, _Lanes, constant
 from passgraph.language import ir
+from passgraph.language.builtin_name import WHOLE_PIXEL
 from passgraph.language.function_body import Builder
 
 BIT = {"x": 1, "y": 2}
@@ -49,13 +50,13 @@ class Walk:
 
     def __init__(self, stage: BoundStage, derivatives: Mapping[str, str], builtins: Builtins) -> None:
         self.program, self.derivatives, self.domain = stage.program, derivatives, NumberDomain()
-        x, y = builtins["pixel"]().T
+        x, y = builtins[WHOLE_PIXEL]().T
         self.odd = {"x": x % 2 == 1, "y": y % 2 == 1}
         self.count = len(x)
         self.pixels: list[Interpreter[Any, Any]] = []
         for pixel in range(4):
             place = np.stack([x ^ (pixel & 1), y ^ (pixel >> 1)], axis=1)
-            around = _Lanes(stage, {**builtins, "pixel": constant(place)})
+            around = _Lanes(stage, {**builtins, WHOLE_PIXEL: constant(place)})
             self.pixels.append(Interpreter(self.program, self.domain, around))
 
     def results(self) -> list[NDArray[Any]]:
