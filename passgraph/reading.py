@@ -95,7 +95,7 @@ def parsed_json(text: str | bytes, constant: Callable[[str], Any] | None = None)
 
     Examples
     --------
-    >>> parsed_json("[" * 200_000)
+    >>> parsed_json("[" * 5_000_000)
     Traceback (most recent call last):
     ValueError: nested too deeply
     """
