@@ -72,7 +72,7 @@ def test_pixel_and_size_are_those_of_the_picture(device: Backend) -> None:
 
 @pytest.mark.parametrize("format_", ["rgba8", "rgba16", "rgba16f", "rgba32f", "rgba8_srgb"])
 def test_what_is_stored_is_read_back_the_same(device: Backend, format_: str) -> None:
-    """A second pass sees what the first one's target holds; devices decode whole numbers within an ULP."""
+    """A second pass sees what the first one's target holds; textures decode whole numbers within an ULP."""
     store = pg.kernel(source="def store(c: Image) -> vec4: return c[0, 0] * 1.2 - 0.1")
     double = pg.kernel(source="def load(c: Image) -> vec4: return c[1, 0]")
     first = store(pg.Input("frame", "rgba32f"), into=pg.target("first", format_))
@@ -87,7 +87,8 @@ def test_what_is_stored_is_read_back_the_same(device: Backend, format_: str) -> 
         expected[..., :3] = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
         np.testing.assert_allclose(result["second"][:, :-1], expected[:, 1:], rtol=1e-5)
     else:
-        np.testing.assert_allclose(result["second"][:, :-1], expected[:, 1:], rtol=2.0**-22)
+        by_texture = device.name in ("gl", "webgpu")
+        np.testing.assert_allclose(result["second"][:, :-1], expected[:, 1:], rtol=2.0**-22 if by_texture else 0.0)
 
 
 def test_halves_are_rounded_to_nearest_even(device: Backend) -> None:
