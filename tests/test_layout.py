@@ -187,7 +187,8 @@ def test_mypy_sees_every_module(monkeypatch: pytest.MonkeyPatch) -> None:
 
 # Circles of imports
 
-#: Modules that still import each other when imports for types and inside of functions count: none may join.
+#: Modules that still import each other when imports for types and inside of functions count: none may join, and one that
+#: left goes from the list.
 CIRCLES = [
     "backends.gl: backend counts measured passes transfers",
     "backends.opencl: backend counts pixel raster transfers",
@@ -196,8 +197,7 @@ CIRCLES = [
     "hosts: opencl opencl_borrowed",
     "language: assignments composites expressions function_body quad_derivatives statements",
     "language: lower lower_loops",
-    "plan: data explain known",
-    "run: execution inspection program",
+    "plan: data explain",
 ]
 
 
@@ -218,7 +218,7 @@ def test_no_new_modules_import_each_other() -> None:
     circles = [sorted(names) for names in networkx.strongly_connected_components(graph) if len(names) > 1]
     allowed = {frozenset(f"passgraph.{folder}.{name}" for name in names.split())
                for folder, names in (line.split(": ") for line in CIRCLES)}  # fmt: skip
-    assert [names for names in circles if not any(set(names) <= known for known in allowed)] == []
+    assert {frozenset(names) for names in circles} == allowed
 
 
 # Weight of the import
