@@ -187,8 +187,8 @@ def test_mypy_sees_every_module(monkeypatch: pytest.MonkeyPatch) -> None:
 
 # Circles of imports
 
-#: Modules that still import each other when imports for types and inside of functions count: none may join, and one that
-#: left goes from the list.
+#: Modules that still import each other when imports for types and inside of functions count. None may join, and those
+#: that are mended go from the list.
 CIRCLES = [
     "backends.gl: backend counts measured passes transfers",
     "backends.opencl: backend counts pixel raster transfers",
