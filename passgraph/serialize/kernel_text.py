@@ -274,6 +274,8 @@ class KernelReader:
 
         document = self.document
         flags, tables = ("rows_up", "has_vertex_stage"), ("defines", "values", "included")
+        if isinstance(data, Mapping):  # documents from before plain shaders had vertex shaders lack it
+            data = {"has_vertex_stage": False, **data}
         record = document.record(data, where, *ShaderText.__dataclass_fields__)
         fields: dict[str, Any] = {}
         for name, value in record.items():

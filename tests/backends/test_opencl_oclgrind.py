@@ -55,7 +55,7 @@ def test_random_kernels_and_draws_stay_inside_and_do_not_race(tmp_path: Path) ->
 
 def test_counting_stays_inside_and_does_not_race(tmp_path: Path) -> None:
     """By one work-item a row or by groups, of what is no bin's number too."""
-    chosen = ["-k", "whatever and opencl and known", "tests/cross/test_histograms.py"]
+    chosen = ["-k", "whatever and opencl and -count", "tests/cross/test_histograms.py"]
     assert_clean(["-m", "pytest", "-q", "-p", "no:cacheprovider", *chosen], tmp_path)
 
 

@@ -11,6 +11,7 @@ import passgraph as pg
 from passgraph.backends.base import Backend
 from passgraph.errors import BackendError
 from passgraph.formats import FORMATS, Format
+from passgraph.language.lowering.passes import CHECK_VARIABLE
 
 #: Backend → the file that spells formats for it; the reference stores what NumPy has.
 FILES = {"gl": "gl/textures.py", "opencl": "opencl/opencl_c.py", "numpy": "numpy/vector/texels.py",
@@ -23,7 +24,8 @@ def copied(format_: Format) -> pg.Target:
     return kernel(pg.Input("a", "r32f", (4, 3)), into=replace(spec, format=format_))
 
 
-def test_a_format_that_is_not_spelled_is_named(device: Backend) -> None:
+def test_a_format_that_is_not_spelled_is_named(device: Backend, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv(CHECK_VARIABLE, raising=False)  # programs with such a number are malformed
     if device.name not in FILES:
         pytest.skip("it stores any number that NumPy has")
     strange = replace(FORMATS["r16f"], name="r64s", bits=64, steps=2**63 - 1)

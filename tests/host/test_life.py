@@ -294,7 +294,7 @@ WRONG: dict[str, tuple[Callable[[Application, pg.gl.Host], Any], str]] = {
         lambda app, host: compiled(host).run(
             frame=ROWS, into={"picture": host.texture(app.texture(0x8229, 0x1903, BYTES, None))}
         ),
-        "has 1 channel",
+        r"8/0/0/0 bits for target format rgba8, which has 4 channel\(s\)",
     ),
     "an input of one channel": (
         lambda app, host: compiled(host).run(frame=host.texture(app.texture(0x8229, 0x1903, BYTES, None))),

@@ -43,7 +43,8 @@ PACKING = 1
 #: Files of the package that determine bounds, in addition to the packages of the language, the reference and the
 #: oracle.
 _BESIDE = (
-    "arguments.py", "formats.py", "quantise.py", "ranges.py", "srgb.py", "graph/draw_state.py", "plan/blending.py",
+    "arguments.py", "cached.py", "formats.py", "quantise.py", "ranges.py", "srgb.py", "graph/draw_state.py",
+    "plan/blending.py",
 )  # fmt: skip
 #: Arrays of one target.
 _ARRAYS = ("lo", "hi", "nan", "ambiguous", "unpromised")
@@ -195,7 +196,7 @@ def _digest(deciding: Iterable[object]) -> str:
         elif isinstance(part, Interval):
             add((part.lo, part.hi, part.nan))
         elif isinstance(part, Mapping):
-            add(tuple(item for name in sorted(part) for item in (name, part[name])))
+            add(tuple(item for name in sorted(part, key=str) for item in (name, part[name])))
         elif isinstance(part, tuple) and any(isinstance(one, np.ndarray) for one in part):
             digest.update(f"({len(part)} ".encode())
             for one in part:
