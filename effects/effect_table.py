@@ -15,12 +15,13 @@ from typing import TYPE_CHECKING, Any
 
 from passgraph.arguments import among, shown
 from passgraph.cached import cached_property
-from passgraph.errors import GraphError, UnknownNameError
+from passgraph.errors import GraphError, InputError, UnknownNameError
 
 if TYPE_CHECKING:
     from passgraph.color_tags import ColorSpace
     from passgraph.effects.checked import Alpha, Takes
     from passgraph.effects.parameters import Parameter
+    from passgraph.graph.targets import Target
 
 
 #: Entry points of other packages: ``name = "module:function"``, the function made with `passgraph.effects.effect`.
@@ -133,6 +134,21 @@ class Effect:
         from passgraph.effects.parameters import arguments_from
 
         return self.function(*taken, **arguments_from(self.function, given))
+
+
+def making_one(effect: Effect, mend: str) -> Callable[..., Target]:
+    """Return the function that builds an effect; InputError, with ``mend``, if it makes several pictures."""
+    from passgraph.graph.targets import Target
+    from passgraph.signatures import wraps
+
+    @wraps(effect.function)
+    def one_target(*pictures: Any, **parameters: Any) -> Target:
+        result = effect.build(*pictures, **parameters)
+        if not isinstance(result, Target):
+            raise InputError(f"{effect.name}: makes several pictures; {mend}")
+        return result
+
+    return one_target
 
 
 class _Effects(Mapping[str, Effect]):

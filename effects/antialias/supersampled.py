@@ -6,17 +6,11 @@ from __future__ import annotations
 
 import passgraph as pg
 from passgraph.effects.checked import checked
-from passgraph.effects.color.srgb_encoding import encode_srgb_wide
+from passgraph.effects.color.srgb_encoding import decode_srgb, encode_srgb_wide
 from passgraph.language import Const, Image, ivec2, pixel, vec3, vec4
 
 #: Samples along each side of a pixel.
 ACROSS = 2
-
-
-@pg.function
-def from_srgb(x: float) -> float:
-    """Decode sRGB (IEC 61966-2-1), x in [0, 1]."""
-    return x / 12.92 if x <= 0.04045 else pow((x + 0.055) / 1.055, 2.4)
 
 
 @pg.kernel
@@ -28,7 +22,7 @@ def mean_of_four(color: Image, encoded: Const[bool], straight: Const[bool]) -> v
         for x in range(ACROSS):
             c = color.texel(first + ivec2(x, y))
             if encoded:
-                c.rgb = vec3(from_srgb(c.r), from_srgb(c.g), from_srgb(c.b))
+                c.rgb = vec3(decode_srgb(c.r), decode_srgb(c.g), decode_srgb(c.b))
             if straight:
                 c.rgb = c.rgb * c.a
             total += c

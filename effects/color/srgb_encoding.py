@@ -31,3 +31,9 @@ def encode_srgb(x: float) -> float:
 def encode_srgb_wide(x: float) -> float:
     """Encode as sRGB, any x: for values above 1, and for tighter bounds where x itself has wide ones."""
     return 12.92 * x if x <= 0.0031308 else 1.055 * pow(x, 1.0 / 2.4) - 0.055
+
+
+@function
+def decode_srgb(code: float) -> float:
+    """Decode sRGB (IEC 61966-2-1); codes above 1 stay on its curve."""
+    return code / 12.92 if code <= 0.04045 else pow((code + 0.055) / 1.055, 2.4)

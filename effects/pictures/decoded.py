@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import passgraph as pg
-from passgraph.effects.color.srgb_encoding import encode_srgb_wide
+from passgraph.effects.color.srgb_encoding import decode_srgb, encode_srgb_wide
 from passgraph.language import Image, vec4
 
 
@@ -36,27 +36,22 @@ def srgb_of(color: Image) -> vec4:
     return vec4(encode_srgb_wide(light.r), encode_srgb_wide(light.g), encode_srgb_wide(light.b), light.a)
 
 
-def encoded(color: pg.Target) -> pg.Target:
-    """Encode linear light as sRGB, for files that hold integers; alpha stays."""
-    name = f"{color.name}_encoded"
-    result: pg.Target = srgb_of(color, into=pg.target(name, "rgba32f", like=color), name=name)
-    return result
-
-
-@pg.function
-def decode_srgb(code: float) -> float:
-    """Decode sRGB (IEC 61966-2-1); codes above 1 stay on its curve."""
-    return code / 12.92 if code <= 0.04045 else pow((code + 0.055) / 1.055, 2.4)
-
-
 @pg.kernel
 def light_of(color: Image) -> vec4:
     code = color[0, 0]
     return vec4(decode_srgb(code.r), decode_srgb(code.g), decode_srgb(code.b), code.a)
 
 
+def encoded(color: pg.Target) -> pg.Target:
+    """Encode linear light as sRGB, for files that hold integers; alpha stays."""
+    return _converted(color, srgb_of, f"{color.name}_encoded")
+
+
 def as_light(color: pg.Target) -> pg.Target:
     """Decode colors for a display, in floats, to linear light: the inverse of `encoded`."""
-    name = f"{color.name}_light"
-    result: pg.Target = light_of(color, into=pg.target(name, "rgba32f", like=color), name=name)
+    return _converted(color, light_of, f"{color.name}_light")
+
+
+def _converted(color: pg.Target, kernel: pg.PixelKernel[pg.Target], name: str) -> pg.Target:
+    result: pg.Target = kernel(color, into=pg.target(name, "rgba32f", like=color), name=name)
     return result

@@ -13,12 +13,11 @@ from passgraph.color_tags import ColorSpace, Recoded
 from passgraph.commands.options import Decorated, together
 from passgraph.commands.written_files import FLOAT_SUFFIXES
 from passgraph.effects.checked import Alpha
-from passgraph.effects.effect_table import Effect
+from passgraph.effects.effect_table import Effect, making_one
 from passgraph.errors import InputError
 from passgraph.gain_map import HDR
 from passgraph.graph.targets import Target
 from passgraph.pictures import metadata_of, split_layer
-from passgraph.signatures import wraps
 
 if TYPE_CHECKING:
     from passgraph.effects.parameters import Parameter
@@ -158,13 +157,7 @@ class ConvertedEffect(Effect):
     def build(self, *pictures: Any, **parameters: Any) -> Any:
         from passgraph.effects.pictures.alpha import on_straight_alpha
 
-        @wraps(self.effect.function)
-        def one_target(*pictures: Any, **parameters: Any) -> Target:
-            result = self.effect.build(*pictures, **parameters)
-            if not isinstance(result, Target):
-                raise InputError(f"{self.name}: makes several pictures; leave out --alpha, --from-space and --to-space")
-            return result
-
+        one_target = making_one(self.effect, "leave out --alpha, --from-space and --to-space")
         on_straight = on_straight_alpha(one_target, self.effect_alpha, additive=self.additive)
         if self.encoded:
             from passgraph.effects.pictures.decoded import encoded

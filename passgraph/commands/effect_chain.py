@@ -7,10 +7,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from passgraph.effects.effect_table import Effect
+from passgraph.effects.effect_table import Effect, making_one
 from passgraph.errors import InputError
 from passgraph.graph.targets import Target
-from passgraph.signatures import signature, wraps
+from passgraph.signatures import signature
 
 if TYPE_CHECKING:
     from passgraph.color_tags import ColorSpace
@@ -117,13 +117,7 @@ class EffectChain(Effect):
     def _applied(self, effect: Effect, pictures: list[Any], given: dict[str, Any]) -> Target:
         from passgraph.effects.pictures.alpha import on_straight_alpha
 
-        @wraps(effect.function)
-        def one_target(*pictures: Any, **given: Any) -> Target:
-            result = effect.build(*pictures, **given)
-            if not isinstance(result, Target):
-                raise InputError(f"effect {effect.name} makes several pictures; in a chain each makes one")
-            return result
-
+        one_target = making_one(effect, "in a chain each makes one")
         if not self.converts_alpha or effect.alpha == "straight":
             return one_target(*pictures, **given)
         return on_straight_alpha(one_target, effect.alpha)(*pictures, **given)

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import hashlib
-import io
-import pickle
 from collections.abc import Mapping
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from passgraph import disk_cache
 from passgraph.language import ir, scalar, types
 from passgraph.language.builtin_name import BuiltinName
+from passgraph.language.data_pickle import DataPickle
 from passgraph.language.facts import Facts, ImageFacts, inner_first
 from passgraph.language.lower import lower
 from passgraph.language.scope import freeze
-from passgraph.language.source import NOWHERE, Span
+from passgraph.language.source import Span
 from passgraph.ranges import Range
 
 #: Fields with a variable's name, which does not affect the result.
@@ -126,20 +125,8 @@ def _with_digests(image: ImageFacts, digests: Mapping[int, str]) -> ImageFacts:
 
 #: Shorter programs are lowered faster than they are read.
 MIN_INSTRUCTIONS = 16
-#: Singletons, by name.
-_SINGLE: dict[str, object] = {"nowhere": NOWHERE, **types.NAMED}
-SINGLE_NAMES = {id(one): name for name, one in _SINGLE.items()}
-
-
-def single(name: str) -> object:
-    """Return a singleton by its name, for files."""
-    return _SINGLE[name]
-
-
-#: Classes that a file may contain besides numbers, strings and tuples, with their fields.
-_FIELDS: dict[type[Any], tuple[str, ...]] = {
-    cls: tuple(field.name for field in fields(cls) if field.init)
-    for cls in (
+_PICKLE = DataPickle(
+    (
         scalar.Lit, scalar.Val, BuiltinName,
         scalar.Op, scalar.Choose, scalar.LoadUniform, scalar.LoadTable, scalar.LoadBuiltin, scalar.LoadTexel,
         scalar.Read, scalar.Write, scalar.ReadAt, scalar.WriteAt,
@@ -147,9 +134,7 @@ _FIELDS: dict[type[Any], tuple[str, ...]] = {
         scalar.UniformSlot, scalar.ImageUse, scalar.Output, scalar.ScalarProgram,
         types.Vector, types.Matrix, types.Array, Range, Span,
     )
-}  # fmt: skip
-_MAKERS: dict[tuple[str, str], Any] = {(cls.__module__, cls.__name__): cls for cls in _FIELDS}
-_MAKERS[single.__module__, single.__name__] = single
+)  # fmt: skip
 
 
 class Programs:
@@ -177,43 +162,15 @@ def lower_once(program: ir.TypedKernel, facts: Facts, known: Programs | None = N
         program_ = None if data is None else _read(data)
         if program_ is None:
             program_ = lower(program, facts)
-            if scalar.count(program_.body) >= MIN_INSTRUCTIONS and (data := _written(program_)) is not None:
+            if scalar.count(program_.body) >= MIN_INSTRUCTIONS and (data := _PICKLE.written((program_.key, program_))):
                 disk_cache.remember("programs", name, data)
         known.found[name] = program_
     return known.found[name]
 
 
-class _Writer(pickle.Pickler):
-    """Pickles each object as its class and its fields, or as the name of a singleton."""
-
-    def reducer_override(self, given: object) -> Any:
-        if id(given) in SINGLE_NAMES:
-            return single, (SINGLE_NAMES[id(given)],)
-        names = _FIELDS.get(type(given))
-        return NotImplemented if names is None else (type(given), tuple([getattr(given, name) for name in names]))
-
-
-class _Reader(pickle.Unpickler):
-    """Unpickles these classes only: reading a file never runs anything else."""
-
-    def find_class(self, module: str, name: str) -> Any:
-        if (module, name) not in _MAKERS:
-            raise pickle.UnpicklingError(f"{module}.{name} does not belong into a program")
-        return _MAKERS[module, name]
-
-
-def _written(program: scalar.ScalarProgram) -> bytes | None:
-    file = io.BytesIO()
-    try:
-        _Writer(file, protocol=5).dump((program.key, program))
-    except RecursionError:  # too deeply nested branches
-        return None
-    return file.getvalue()
-
-
 def _read(data: bytes) -> scalar.ScalarProgram | None:
     try:
-        key, program = _Reader(io.BytesIO(data)).load()
+        key, program = _PICKLE.read(data)
         assert isinstance(program, scalar.ScalarProgram)
         vars(program)["key"] = key
     except Exception:  # a damaged pickle may raise anything

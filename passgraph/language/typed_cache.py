@@ -8,34 +8,27 @@ size and the time of the last change of every file of the package, as Python's o
 from __future__ import annotations
 
 import os
-import pickle
 import platform
 from collections.abc import Iterator
-from dataclasses import fields
 from functools import cache
-from io import BytesIO
 from time import time
-from typing import Any
 
 import numpy as np
 
 from passgraph import disk_cache
 from passgraph.language import ir, lower_cache, types
+from passgraph.language.data_pickle import DataPickle
 from passgraph.language.source import PACKAGE, Span
 from passgraph.ranges import Range
 
 #: Files that changed later may differ from what this process has imported.
 _IMPORTED = time()
-#: What a file may contain besides numbers, texts and tuples: classes, with the fields that make them.
-_FIELDS: dict[type[Any], tuple[str, ...]] = {
-    cls: tuple(field.name for field in fields(cls) if field.init)
-    for cls in (
+_PICKLE = DataPickle(
+    (
         *ir.EXPRESSIONS, *ir.STATEMENTS, ir.Parameter, ir.Result, ir.TypedKernel,
         types.Scalar, types.Vector, types.Matrix, types.Array, types.ImageType, types.Struct, Range, Span,
     )
-}  # fmt: skip
-_MAKERS: dict[tuple[str, str], Any] = {(cls.__module__, cls.__name__): cls for cls in _FIELDS}
-_MAKERS[lower_cache.single.__module__, lower_cache.single.__name__] = lower_cache.single
+)  # fmt: skip
 
 
 def recall(name: str) -> ir.TypedKernel | None:
@@ -45,7 +38,7 @@ def recall(name: str) -> ir.TypedKernel | None:
     if data is None:
         return None
     try:
-        digest, program = _Reader(BytesIO(data)).load()
+        digest, program = _PICKLE.read(data)
         assert isinstance(program, ir.TypedKernel) and isinstance(digest, str)
     except Exception:  # a damaged pickle may raise anything
         return None
@@ -58,12 +51,12 @@ def remember(name: str, program: ir.TypedKernel) -> None:
     stamp = _stamp()
     if stamp is None:
         return
-    file = BytesIO()
     try:
-        _Writer(file, protocol=5).dump((lower_cache.kernel_digest(program), program))
-    except (pickle.PicklingError, TypeError, RecursionError):
+        digest = lower_cache.kernel_digest(program)
+    except (TypeError, RecursionError):
         return
-    disk_cache.remember("kernels", lower_cache.digest(stamp, name), file.getvalue())
+    if data := _PICKLE.written((digest, program)):
+        disk_cache.remember("kernels", lower_cache.digest(stamp, name), data)
 
 
 @cache
@@ -84,26 +77,3 @@ def _files(folder: str) -> Iterator[tuple[str, int, float]]:
                 yield entry.path, status.st_size, status.st_mtime
             elif "." not in entry.name and entry.name != "__pycache__" and entry.is_dir():
                 yield from _files(entry.path)
-
-
-class _Writer(pickle.Pickler):
-    """Pickles each object as its class and its fields, or as the name of a singleton; PicklingError for others."""
-
-    def reducer_override(self, given: object) -> Any:
-        if id(given) in lower_cache.SINGLE_NAMES:  # types are compared by identity
-            return lower_cache.single, (lower_cache.SINGLE_NAMES[id(given)],)
-        if given is lower_cache.single or (isinstance(given, type) and given in _FIELDS):
-            return NotImplemented
-        names = _FIELDS.get(type(given))
-        if names is None:
-            raise pickle.PicklingError(f"{type(given).__name__} does not belong into a kernel")
-        return type(given), tuple([getattr(given, name) for name in names])
-
-
-class _Reader(pickle.Unpickler):
-    """Unpickles these classes only: reading a file never runs anything else."""
-
-    def find_class(self, module: str, name: str) -> Any:
-        if (module, name) not in _MAKERS:
-            raise pickle.UnpicklingError(f"{module}.{name} does not belong into a kernel")
-        return _MAKERS[module, name]

@@ -96,6 +96,12 @@ def test_what_cannot_be_in_a_chain_is_an_error(chain: str, words: str, capsys: p
     assert words in refused(capsys, "apply", chain, "opaque.npy", "-o", "x.npy")
 
 
+def test_a_part_that_makes_several_pictures_is_an_error(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("own.txt").write_text("def two(color: Image) -> tuple[vec4, vec4]:\n    return color[0, 0], color[1, 0]\n")
+    error = refused(capsys, "apply", "own.txt, sepia", "opaque.npy", "-o", "x.npy")
+    assert "two: makes several pictures; in a chain each makes one" in error
+
+
 def test_a_file_with_a_comma_in_its_name_is_a_file() -> None:
     Path("a,b.txt").write_text("def same(color: Image) -> vec4:\n    return color[0, 0]\n")
     assert named_effect("a,b.txt").name == "same"
