@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import platform
 import stat
 import sys
 import warnings
@@ -20,6 +21,8 @@ from time import time
 
 from passgraph.errors import BackendError
 
+#: The folder of this package; files there that changed later may differ from what this process has imported.
+PACKAGE, _IMPORTED = os.path.dirname(os.path.abspath(__file__)), time()
 #: Environment variable that names another cache folder.
 CACHE_VARIABLE = "PASSGRAPH_CACHE"
 #: Most bytes in a folder, checked when a process first writes there; the oldest files are removed.
@@ -183,6 +186,33 @@ def text_digest(place: Path, endings: tuple[str, ...] = (".py",)) -> str:
     """Return a digest of a package's or file's source text: part of the cache keys of what it generates."""
     files = [place] if place.is_file() else sorted(path for path in place.rglob("*") if path.suffix in endings)
     return hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()
+
+
+@cache
+def package_stamp() -> str | None:
+    """Return a digest of what this package computes by itself depends on; None if a file changed after it was imported.
+
+    It holds the size and the time of the last change of every file of the package, as Python's own cache of byte code
+    has it, and the versions of Python and NumPy.
+    """
+    import numpy  # here, since commands that compute nothing do without it
+
+    files = sorted(_files(PACKAGE))
+    if any(changed > _IMPORTED for *_, changed in files):
+        return None
+    parts = PACKAGE, platform.python_version(), platform.machine(), numpy.__version__, repr(files)
+    return hashlib.sha256("\0".join(parts).encode(errors="surrogatepass")).hexdigest()
+
+
+def _files(folder: str) -> Iterator[tuple[str, int, float]]:
+    """Yield the path, size in bytes and time of the last change of each Python and JSON file in a folder."""
+    with os.scandir(folder) as entries:
+        for entry in entries:
+            if entry.name.endswith((".py", ".json")):
+                status = entry.stat()
+                yield entry.path, status.st_size, status.st_mtime
+            elif "." not in entry.name and entry.name != "__pycache__" and entry.is_dir():
+                yield from _files(entry.path)
 
 
 def recall(part: str, name: str) -> bytes | None:

@@ -7,22 +7,12 @@ size and the time of the last change of every file of the package, as Python's o
 
 from __future__ import annotations
 
-import os
-import platform
-from collections.abc import Iterator
-from functools import cache
-from time import time
-
-import numpy as np
-
 from passgraph import disk_cache
 from passgraph.language import ir, lower_cache, types
 from passgraph.language.data_pickle import DataPickle
-from passgraph.language.source import PACKAGE, Span
+from passgraph.language.source import Span
 from passgraph.ranges import Range
 
-#: Files that changed later may differ from what this process has imported.
-_IMPORTED = time()
 _PICKLE = DataPickle(
     (
         *ir.EXPRESSIONS, *ir.STATEMENTS, ir.Parameter, ir.Result, ir.TypedKernel,
@@ -33,7 +23,7 @@ _PICKLE = DataPickle(
 
 def recall(name: str) -> ir.TypedKernel | None:
     """Return a kernel of this package by its name; None if it is not cached. Its digest is known then."""
-    stamp = _stamp()
+    stamp = disk_cache.package_stamp()
     data = None if stamp is None else disk_cache.recall("kernels", lower_cache.digest(stamp, name))
     if data is None:
         return None
@@ -48,7 +38,7 @@ def recall(name: str) -> ir.TypedKernel | None:
 
 def remember(name: str, program: ir.TypedKernel) -> None:
     """Write a kernel of this package to the cache, unless it holds values of other classes, or files just changed."""
-    stamp = _stamp()
+    stamp = disk_cache.package_stamp()
     if stamp is None:
         return
     try:
@@ -57,23 +47,3 @@ def remember(name: str, program: ir.TypedKernel) -> None:
         return
     if data := _PICKLE.written((digest, program)):
         disk_cache.remember("kernels", lower_cache.digest(stamp, name), data)
-
-
-@cache
-def _stamp() -> str | None:
-    """Return a digest of what the package's kernels depend on; None if a file changed after it was imported."""
-    files = sorted(_files(PACKAGE))
-    if any(changed > _IMPORTED for *_, changed in files):
-        return None
-    return lower_cache.digest(PACKAGE, platform.python_version(), np.__version__, repr(files))
-
-
-def _files(folder: str) -> Iterator[tuple[str, int, float]]:
-    """Yield the path, size in bytes and time of the last change of each Python file in a folder."""
-    with os.scandir(folder) as entries:
-        for entry in entries:
-            if entry.name.endswith(".py"):
-                status = entry.stat()
-                yield entry.path, status.st_size, status.st_mtime
-            elif "." not in entry.name and entry.name != "__pycache__" and entry.is_dir():
-                yield from _files(entry.path)

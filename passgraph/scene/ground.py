@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from passgraph.errors import InputError
+from passgraph.kept_arrays import kept
 from passgraph.scene.camera import Camera
 from passgraph.scene.materials import Material, Node, Texture
 from passgraph.scene.matrices import Float64, bounds_of, sphere_of, transform_points, translation
@@ -42,6 +43,21 @@ def floor_material(size: int = 512, seed: int = 7) -> Material:
     """
     if not 16 <= size <= 4096:
         raise InputError(f"floor: size: expected 16 to 4096 texels, got {size}")
+    color, normal, height = _tile_pictures(size, seed)
+    name = "floor"
+    return Material(
+        name,
+        (1.0, 1.0, 1.0, 1.0),
+        Texture.make(color, "srgb", f"{name} base colour"),
+        Texture.make(normal, "linear", f"{name} normal map"),
+        Texture.make(height, "linear", f"{name} height map"),
+        height_scale=HEIGHT_SCALE,
+    )
+
+
+@kept
+def _tile_pictures(size: int, seed: int) -> tuple[NDArray[np.uint8], ...]:
+    """Return the base color, the normal map and the height map of stone tiles."""
     axis = (np.arange(size) + 0.5) / size * TILES
     tile_x, tile_y = np.meshgrid(np.floor(axis), np.floor(axis))
     edge = np.minimum(axis % 1.0, 1.0 - axis % 1.0)
@@ -52,17 +68,8 @@ def floor_material(size: int = 512, seed: int = 7) -> Material:
     is_dark = ((tile_x + tile_y) % 2 == 1)[:, :, None]
     color = np.where(is_dark, DARK_TILE, LIGHT_TILE) * (0.88 + 0.24 * stone)[:, :, None]
     color = np.where((distance < _JOINT)[:, :, None], GROUT, color)
-    name = "floor"
-    return Material(
-        name,
-        (1.0, 1.0, 1.0, 1.0),
-        Texture.make(
-            _bytes(linear_to_srgb(np.clip(color, 0.0, 1.0)).astype(np.float32)), "srgb", f"{name} base colour"
-        ),
-        Texture.make(_bytes(0.5 + 0.5 * _normals(height, HEIGHT_SCALE * size)), "linear", f"{name} normal map"),
-        Texture.make(_bytes(height), "linear", f"{name} height map"),
-        height_scale=HEIGHT_SCALE,
-    )
+    encoded = linear_to_srgb(np.clip(color, 0.0, 1.0)).astype(np.float32)
+    return _bytes(encoded), _bytes(0.5 + 0.5 * _normals(height, HEIGHT_SCALE * size)), _bytes(height)
 
 
 def floor_node(bounds: ArrayLike, tile: float | None = None, name: str = "floor") -> Node:

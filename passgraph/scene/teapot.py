@@ -10,11 +10,13 @@ from __future__ import annotations
 import json
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.errors import InputError
+from passgraph.kept_arrays import kept
 from passgraph.scene.matrices import Float64
 from passgraph.scene.meshes import Mesh, smooth_normals
 
@@ -47,6 +49,13 @@ def teapot_mesh(segments: int = 16) -> Mesh:
     """
     if not 2 <= segments <= 128:
         raise InputError(f"teapot: segments: expected 2 to 128, got {segments}")
+    places, triangles, normals = _teapot(segments)
+    return Mesh.make(places, triangles, normals, name="teapot")
+
+
+@kept
+def _teapot(segments: int) -> tuple[NDArray[Any], ...]:
+    """Return the points, triangles and normals of the mesh."""
     grids = _patch_grids(segments)
     places, faces, groups, directions = [], [], [], []
     first = 0
@@ -145,8 +154,13 @@ def _caps(points: Float64, triangles: NDArray[np.int64]) -> tuple[Float64, NDArr
     return np.concatenate([points, np.stack(added)]), np.array(caps, dtype=np.int64)
 
 
-def _with_creases(points: Float64, triangles: NDArray[np.int64], group: NDArray[np.int64], normals: Float64) -> Mesh:
-    """Return a mesh with a vertex for each pair of point and smoothing group; normals are averaged in each."""
+def _with_creases(
+    points: Float64, triangles: NDArray[np.int64], group: NDArray[np.int64], normals: Float64
+) -> tuple[NDArray[Any], ...]:
+    """Return points, triangles and normals, with a vertex for each pair of point and smoothing group.
+
+    Normals are averaged in each.
+    """
     pair = triangles * (_CAP_GROUP + 1) + group[:, None]
     used, index = np.unique(pair, return_inverse=True)
     index = index.reshape(-1, 3)
@@ -157,4 +171,4 @@ def _with_creases(points: Float64, triangles: NDArray[np.int64], group: NDArray[
     smooth = smooth_normals(places, index)
     total = np.where(length > 1e-6, total / np.maximum(length, 1e-6), smooth)
     to_y_up = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
-    return Mesh.make(places @ to_y_up.T + 0.0, index, total @ to_y_up.T + 0.0, name="teapot")
+    return places @ to_y_up.T + 0.0, index, total @ to_y_up.T + 0.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -299,3 +300,30 @@ def test_tables_with_computed_indices_hold_their_numbers(opened: WebGPUBackend, 
         found = program(c=at)["looked"][..., 0]
     chosen = [table[(at * np.float32(len(table))).astype(int)].astype(np.float32) for table in tables]
     np.testing.assert_array_equal(found, sum(chosen[1:], chosen[0]))
+
+
+#: Parses of types by wgpu while a program opens a device, draws and reads back; and whether memoized types are right.
+PARSES = """
+import numpy as np, passgraph as pg
+from wgpu.backends.wgpu_native import _ffi
+parsed, parse = [], _ffi.ffi._parser.parse_type
+_ffi.ffi._parser.parse_type = lambda text: (parsed.append(text), parse(text))[1]
+double = pg.kernel(source="def double(c: Image) -> vec4: return c[0, 0] * 2.0")
+with pg.compile(double(pg.Input("c", "rgba32f")), backend="webgpu") as program:
+    program(c=np.zeros((4, 4, 4), np.float32))
+known = {name: given[0] for name, given in _ffi.ffi._parsed_types.items() if name.startswith("WGPU")}
+fresh = _ffi.FFI()
+fresh.cdef(_ffi.get_wgpu_header())
+for name in sorted(known)[::40]:
+    same = fresh.typeof(name)
+    assert (known[name].kind, known[name].cname) == (same.kind, same.cname), name
+    if same.kind == "pointer" and same.item.kind == "struct":
+        fields = [[(field, where.offset) for field, where in one.item.fields or ()] for one in (known[name], same)]
+        assert fields[0] == fields[1], name
+print([text for text in parsed if text.startswith("WGPU") and not text.endswith(" ")])
+"""
+
+
+def test_types_of_wgpu_are_parsed_together() -> None:
+    made = subprocess.run([sys.executable, "-c", PARSES], capture_output=True, text=True, timeout=300)
+    assert made.stdout.strip() == "[]", made.stdout + made.stderr

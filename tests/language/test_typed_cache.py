@@ -22,10 +22,10 @@ from passgraph.language.kernel import Kernel
 @pytest.fixture(autouse=True)
 def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     monkeypatch.setenv(disk_cache.CACHE_VARIABLE, str(tmp_path))
-    monkeypatch.setattr(typed_cache, "_IMPORTED", float("inf"))  # files of a fresh checkout are new
-    typed_cache._stamp.cache_clear()
+    monkeypatch.setattr(disk_cache, "_IMPORTED", float("inf"))  # files of a fresh checkout are new
+    disk_cache.package_stamp.cache_clear()
     yield tmp_path
-    typed_cache._stamp.cache_clear()
+    disk_cache.package_stamp.cache_clear()
 
 
 def kernels_of(*modules: ModuleType) -> list[Kernel]:
@@ -99,8 +99,8 @@ def test_kernels_of_a_user_are_parsed_each_time() -> None:
 
 def test_nothing_is_kept_once_a_file_of_the_package_changed(monkeypatch: pytest.MonkeyPatch) -> None:
     (kernel, *_) = kernels_of(gray_module)
-    monkeypatch.setattr(typed_cache, "_IMPORTED", 0.0)
-    typed_cache._stamp.cache_clear()
+    monkeypatch.setattr(disk_cache, "_IMPORTED", 0.0)
+    disk_cache.package_stamp.cache_clear()
     typed_cache.remember("x", kernel.program)
     assert typed_cache.recall("x") is None
 
@@ -110,17 +110,17 @@ def test_a_change_of_a_file_makes_another_key(tmp_path: Path, monkeypatch: pytes
     inner.mkdir(parents=True)
     file = inner / "kernels.py"
     stamps = set()
-    monkeypatch.setattr(typed_cache, "PACKAGE", str(tmp_path / "package"))
+    monkeypatch.setattr(disk_cache, "PACKAGE", str(tmp_path / "package"))
     for text in ("a = 1", "a = 12"):
         file.write_text(text)
-        typed_cache._stamp.cache_clear()
-        stamps.add(typed_cache._stamp())
+        disk_cache.package_stamp.cache_clear()
+        stamps.add(disk_cache.package_stamp())
     assert len(stamps) == 2 and None not in stamps
 
 
 @pytest.mark.parametrize("content", [b"", b"no pickle", pickle.dumps(("digest", Path("x"))), pickle.dumps(("", 1))])
 def test_a_file_with_anything_else_is_no_kernel(content: bytes) -> None:
-    stamp = typed_cache._stamp()
+    stamp = disk_cache.package_stamp()
     assert stamp is not None
     disk_cache.remember("kernels", lower_cache.digest(stamp, "x"), content)
     assert typed_cache.recall("x") is None
