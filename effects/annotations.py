@@ -31,7 +31,7 @@ def check(value: object, hint: Any, what: str) -> None:
         if isinstance(value, str) and words:
             raise GraphError(f"{what} cannot be {shown(value)}; it is one of {', '.join(words)}")
         raise GraphError(f"{what} must be {described(hint)}, got {shown(value)}")
-    if _has_ranges(hint):
+    if ranges_of(hint):  # long lists without one are not searched again
         _check_ranges(value, hint, what)
 
 
@@ -141,11 +141,17 @@ def described(hint: Any) -> str:
 
 
 @cache
-def _has_ranges(hint: Any) -> bool:
-    """Return True if an annotation contains a range, so that long lists without one are not searched again."""
-    return isinstance(hint, Range) or any(
-        _has_ranges(one) for one in (*get_args(hint), *getattr(hint, "__metadata__", ())) if not isinstance(one, list)
-    )
+def ranges_of(hint: Any) -> tuple[Range, ...]:
+    """Return the ranges in an annotation.
+
+    >>> import passgraph as pg
+    >>> [str(one) for one in ranges_of(Annotated[float, pg.Range(0, 1)] | pg.Value)]
+    ['0 to 1']
+    """
+    if isinstance(hint, Range):
+        return (hint,)
+    parts = (*get_args(hint)[:1], *hint.__metadata__) if get_origin(hint) is Annotated else get_args(hint)
+    return tuple(one for part in parts if not isinstance(part, list) for one in ranges_of(part))
 
 
 def _check_ranges(value: object, hint: Any, what: str) -> None:

@@ -13,8 +13,9 @@ import numpy as np
 
 from passgraph import arguments, signatures
 from passgraph.arguments import flag, near, one_of, text
-from passgraph.effects.annotations import check, check_fields
+from passgraph.effects.annotations import check, check_fields, ranges_of
 from passgraph.errors import GraphError
+from passgraph.graph.run_values import Derived, Limit, Value
 
 if TYPE_CHECKING:
     from passgraph.color_tags import ColorSpace
@@ -68,6 +69,9 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
                 if isinstance(value, np.generic):
                     # NumPy's scalars wrap at 8 bits and round to halves when an effect computes with them.
                     bound.arguments[argument] = value.item()
+                elif isinstance(value, (Value, Derived)):
+                    limits = (Limit(f"{name}: {argument}", one) for one in ranges_of(hints().get(argument, Any)))
+                    bound.arguments[argument] = value.limited(*limits)
         return function(*bound.args, **bound.kwargs)
 
     return wrapper

@@ -12,7 +12,7 @@ import click
 from passgraph.arguments import near, shown
 from passgraph.errors import DeviceMissingError, InputError
 from passgraph.graph.run_values import FILLED_IN, Derived, Value, sources_of
-from passgraph.graph.targets import Pass, PixelPass
+from passgraph.graph.targets import Pass
 from passgraph.language.symbols import TYPE_MARKERS
 from passgraph.language.types import BOOL, FLOAT, INT, UINT, Array, Matrix, Scalar, Type, Vector, innermost
 from passgraph.language.uniform_layout import components
@@ -79,9 +79,8 @@ def _parameter_type(node: Pass, name: str) -> Type | None:
 
 def _parameters(node: Pass, name: str) -> list[Parameter]:
     """Return the parameters of this name of a pass's kernels."""
-    kernels = (node.kernel,) if isinstance(node, PixelPass) else (node.vertex, node.fragment)
     own = name.rpartition("/")[2]
-    return [p for kernel in kernels if kernel is not None for p in kernel.parameters if p.name == own]
+    return [p for kernel in node.kernels for p in kernel.parameters if p.name == own]
 
 
 def takers(graph: Graph, value: Value) -> list[Parameter]:

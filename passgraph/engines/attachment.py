@@ -26,6 +26,7 @@ from passgraph.backends.gl.context import OtherContextError
 from passgraph.effects.pictures.decoded import as_it_is
 from passgraph.effects.surfaces.engine_depth import distances
 from passgraph.formats import FORMATS, Format, curved
+from passgraph.graph.calls import check_given
 from passgraph.graph.run_values import sources_of
 from passgraph.hosts.gl import Host, HostFramebuffer, HostPicture, Isolation
 from passgraph.hosts.gl_pictures import EmptyPictureError, RegionError
@@ -274,7 +275,8 @@ class Attachment:
         Raises
         ------
         InputError
-            For a name that is neither a parameter of the effect nor a run value of its graph.
+            For a name that is neither a parameter of the effect nor a run value of its graph, and for a number outside
+            the range of a parameter.
         GraphError, KernelError
             Raised by the effect; the values are unchanged.
         """
@@ -287,11 +289,13 @@ class Attachment:
             values = {n: checked(shader, n, v) if n in shader.parameters else v for n, v in values.items()}
         parameters = {**self._given, **values}
         target = self._graph(_Facts((0, 0), FORMATS["rgba8"], None), parameters, bound=False)
-        known = {source.name for node in passes_behind([target]) for source in sources_of(node.values)}
+        passes = passes_behind([target])
+        known = {source.name for node in passes for source in sources_of(node.values)} | self._names
         for name in values:
-            if name not in known | self._names:
-                have = ", ".join(sorted((known | self._names) - {*_PER_FRAME, _HOLDS, "into", "name"})) or "none"
+            if name not in known:
+                have = ", ".join(sorted(known - {*_PER_FRAME, _HOLDS, "into", "name"})) or "none"
                 raise pg.InputError(f"{self.engine}: the effect has no value {name!r}; it has {have}")
+        check_given(passes, values)
         planned = self._names - self._handles.keys()
         is_other = any(name in planned and parameters[name] is not self._given.get(name) for name in values)
         self._given = parameters

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Generic, Protocol, Self, TypeAlias, TypeVar, cast, overload
 
@@ -12,8 +12,8 @@ from passgraph import arguments
 from passgraph.arguments import flag, instance, text
 from passgraph.errors import GraphError
 from passgraph.formats import Format, float_format
-from passgraph.graph.run_values import Derived, Value
-from passgraph.graph.targets import InputSpec, PixelPass, Target, TargetSpec
+from passgraph.graph.run_values import Derived, Value, sources_of
+from passgraph.graph.targets import InputSpec, Pass, PixelPass, Target, TargetSpec
 from passgraph.language import ir
 from passgraph.language.kernel import Kernel, function_source, kernel_from_text
 from passgraph.language.long_arrays import checked_numbers, is_buffer
@@ -264,6 +264,18 @@ def _value(argument: Any, parameter: ir.Parameter, where: str) -> object:
     for name, leaf, value in leaves(argument, type_, where):
         _check_range(value, parameter, leaf, name)
     return argument
+
+
+def check_given(passes: Iterable[Pass], given: Mapping[str, object]) -> None:
+    """Raise InputError for values of a run, by name, that the passes do not allow: as a run would, but before one."""
+    for node in passes:
+        parameters = {parameter.name: parameter for kernel in node.kernels for parameter in kernel.parameters}
+        for name, handle in node.values.items():
+            for source in sources_of({name: handle}):
+                if source.name in given and not isinstance(given[source.name], (Value, Derived)):
+                    source.check(given[source.name])
+            if isinstance(handle, Value) and handle.name in given:
+                _value(given[handle.name], parameters[name], f"kernel {node.name}, parameter {name!r}")
 
 
 def _check_range(value: object, parameter: ir.Parameter, type_: Type, name: str) -> None:

@@ -4,12 +4,36 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias, get_origin
+
+import numpy as np
 
 from passgraph import arguments
 from passgraph.errors import GraphError, InputError
+from passgraph.ranges import Range
+
+
+@dataclass(frozen=True, slots=True)
+class Limit:
+    """The range that an effect gives a run value.
+
+    Attributes
+    ----------
+    where : the effect and its parameter, such as "bloom: radius"
+    range : the range of each number of the value
+    """
+
+    where: str
+    range: Range
+
+    def check(self, value: object) -> None:
+        """Raise InputError for a number outside; what holds no numbers is left to the kernel's own check."""
+        is_row = isinstance(value, (list, tuple, np.ndarray))
+        numbers = np.asarray(value, object).ravel() if is_row else (value,)
+        if any(arguments.is_number(number) and number not in self.range for number in numbers):
+            raise InputError(f"{self.where} must be {self.range}, got {arguments.shown(value)}")
 
 
 @dataclass(frozen=True)
@@ -27,6 +51,8 @@ class Value:
     type: object = float
     static: bool = False
     default: object = None
+    #: Ranges of the effects it was given to, which each run checks; effects add them.
+    limits: tuple[Limit, ...] = field(default=(), compare=False, repr=False, kw_only=True)
 
     def __post_init__(self) -> None:
         where = f"value {arguments.text(self.name, 'the name of a value')!r}"
@@ -40,6 +66,17 @@ class Value:
     def sources(self) -> tuple[Value, ...]:
         """Return the values that runs set for it: itself."""
         return (self,)
+
+    def limited(self, *limits: Limit) -> Value:
+        """Return this value with further limits."""
+        both = tuple(dict.fromkeys((*self.limits, *limits)))
+        return self if FILLED_IN.get(self.name) is self or both == self.limits else replace(self, limits=both)
+
+    def check(self, value: object) -> None:
+        """Raise InputError for an object of another class, or a number outside of a limit."""
+        check_object(self.name, self.type, value)
+        for limit in self.limits:
+            limit.check(value)
 
     def map(self, function: Callable[[Any], object]) -> Derived:
         """Return a value computed on the host from this one whenever it changes."""
@@ -76,6 +113,24 @@ class Derived:
         inner = self.function
         return Derived(self.sources, lambda *values: function(inner(*values)), self.by_value)
 
+    def limited(self, *limits: Limit) -> Derived:
+        """Return this value with limits for what its function returns."""
+        return replace(self, function=_Limited(self.function, limits))
+
+
+@dataclass(frozen=True)
+class _Limited:
+    """A function whose result is checked; equal ones make passes equal."""
+
+    function: Callable[..., object]
+    limits: tuple[Limit, ...]
+
+    def __call__(self, *values: object) -> object:
+        result = self.function(*values)
+        for limit in self.limits:
+            limit.check(result)
+        return result
+
 
 def combine(function: Callable[..., object], *values: Value, by_value: bool = False) -> Derived:
     """Return a value computed on the host from several run values; see `Derived`."""
@@ -87,6 +142,15 @@ def sources_of(parameters: Mapping[str, object]) -> Iterator[Value]:
     for parameter in parameters.values():
         if isinstance(parameter, (Value, Derived)):
             yield from parameter.sources
+
+
+def values_by_name(parameters: Iterable[Mapping[str, object]]) -> dict[str, Value]:
+    """Return the run values behind the parameters of several passes, each with the limits of all its handles."""
+    found: dict[str, Value] = {}
+    for one in parameters:
+        for value in sources_of(one):
+            found[value.name] = found.get(value.name, value).limited(*value.limits)
+    return found
 
 
 def check_object(name: str, type_: object, value: object) -> None:

@@ -14,7 +14,7 @@ from passgraph.arguments import flag, one_of
 from passgraph.cached import cached_property
 from passgraph.formats import Format
 from passgraph.graph.draw_state import DrawState
-from passgraph.graph.run_values import Value, sources_of
+from passgraph.graph.run_values import Value, values_by_name
 from passgraph.graph.targets import DrawPass, InputSpec, PixelPass
 from passgraph.language.builtin_name import BuiltinName
 from passgraph.language.native import MATH, Math
@@ -246,7 +246,7 @@ class Plan:
     @cached_property
     def values(self) -> dict[str, Value]:
         """Return every run value that some step needs, by name."""
-        return {source.name: source for step in self.steps for source in sources_of(step.values)}
+        return values_by_name(step.values for step in self.steps)
 
     @property
     def lifetimes(self) -> dict[int, tuple[int, int]]:

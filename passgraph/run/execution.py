@@ -15,7 +15,7 @@ from passgraph.arguments import text
 from passgraph.backends.base import DevicePicture
 from passgraph.errors import BackendError, GraphError, InputError
 from passgraph.graph.draw_state import is_fixed
-from passgraph.graph.run_values import FRAME_INDEX, OUTPUT_SIZE, Derived, Value, check_object
+from passgraph.graph.run_values import FRAME_INDEX, OUTPUT_SIZE, Derived, Value
 from passgraph.language.long_arrays import picture_of
 from passgraph.language.scalar import ScalarProgram, UniformSlot
 from passgraph.language.uniform_layout import in_range
@@ -415,7 +415,7 @@ class Execution:
             value = run_values.get(name, self._default_value(handle))
             if value is None:
                 raise InputError(f"value {name!r} is missing; run the program as program({name}=...)")
-            check_object(name, handle.type, value)
+            handle.check(value)
             values[name] = value
         return values
 

@@ -18,7 +18,7 @@ from passgraph.graph.calls import PixelKernel
 from passgraph.graph.draw_state import Blend, DrawState, FrozenGeometry, Stencil
 from passgraph.graph.drawing import draw
 from passgraph.graph.reductions import count_rows
-from passgraph.graph.run_values import FILLED_IN, MAX_DEPTH, Value
+from passgraph.graph.run_values import FILLED_IN, MAX_DEPTH, Limit, Value
 from passgraph.graph.targets import (
     MAX_SIDE,
     MOST_SLOTS,
@@ -64,6 +64,7 @@ from passgraph.language.types import (
     sides_of,
 )
 from passgraph.language.uniform_layout import FLOAT_END
+from passgraph.ranges import Range
 from passgraph.serialize.encode import VERSION
 from passgraph.serialize.kernel_text import KernelReader
 from passgraph.serialize.reader import VALUE_TYPES, Arrays, Document, described
@@ -223,14 +224,32 @@ class _Graph:
 
     def _value(self, data: object, where: str) -> Value:
         document = self.document
-        record = document.record(data, where, "name", "type", "static", "default")
+        record = document.record(data, where, "name", "type", "static", "default", "limits")
         type_ = record["type"]
         if not isinstance(type_, str) or type_ not in VALUE_TYPES:
             document.wrong(f"{where}.type", f"one of {', '.join(VALUE_TYPES)}", type_)
         default = None if record["default"] is None else document.numbers(record["default"], f"{where}.default")
         static = document.flag(record["static"], f"{where}.static")
         with document.at(where):
-            return Value(document.text(record["name"], f"{where}.name"), VALUE_TYPES[type_], static, default)
+            name = document.text(record["name"], f"{where}.name")
+            return Value(name, VALUE_TYPES[type_], static, default, limits=self._limits(record["limits"], where))
+
+    def _limits(self, data: object, where: str) -> tuple[Limit, ...]:
+        document, limits = self.document, list[Limit]()
+        for i, one in enumerate(document.items(data, f"{where}.limits")):
+            place = f"{where}.limits[{i}]"
+            parameter, range_ = document.items(one, place, exactly=2)
+            record = document.record(range_, place, *(one.name for one in fields(Range)))
+            low, high = (
+                None if record[name] is None else document.number(record[name], place) for name in ("low", "high")
+            )
+            above, odd = (document.flag(record[name], place) for name in ("above", "odd"))
+            limits.append(
+                Limit(
+                    document.text(parameter, place), Range(low, high, document.text(record["unit"], place), above, odd)
+                )
+            )
+        return tuple(limits)
 
     # Passes
 

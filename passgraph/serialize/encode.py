@@ -14,7 +14,7 @@ from passgraph.errors import GraphError
 from passgraph.formats import FORMATS
 from passgraph.graph.calls import leaves
 from passgraph.graph.draw_state import ATTRIBUTE_TYPES, DrawState
-from passgraph.graph.run_values import FILLED_IN, Derived, Value, check_object, sources_of
+from passgraph.graph.run_values import FILLED_IN, Derived, Value, values_by_name
 from passgraph.graph.targets import (
     OPEN_SRGB,
     READING,
@@ -42,7 +42,7 @@ from passgraph.serialize.kernel_text import KernelWriter
 from passgraph.serialize.reader import VALUE_TYPES, array_data, number_data
 
 #: Version of the document format; other versions are errors.
-VERSION = 4
+VERSION = 5
 _TYPE_NAMES = {type_: name for name, type_ in VALUE_TYPES.items()}
 _PLAIN: dict[str, Callable[[float], bool | int | float]] = {
     "bool": bool,
@@ -85,17 +85,17 @@ def to_data(outputs: Outputs, **given: object) -> dict[str, Any]:
     >>> invert = pg.kernel(source="def invert(color: Image) -> vec4: return vec4(1.0 - color[0, 0].rgb, 1.0)")
     >>> data = pg.to_data(invert(pg.Input("frame")))
     >>> data["version"], [one["name"] for one in data["passes"]], data["inputs"][0]["name"]
-    (4, ['invert'], 'frame')
+    (5, ['invert'], 'frame')
     >>> pg.to_data(pg.from_data(json.loads(json.dumps(data)))) == data
     True
     """
     named = named_outputs(outputs)
     writer, nodes = _Writer(given), passes_behind(list(named.values()))
-    known = {source.name: source.type for node in nodes for source in sources_of(node.values)}
+    known = values_by_name(node.values for node in nodes)
     for name, value in given.items():
         if name not in known:
             raise GraphError(f"there is no value {name!r} in this graph; it takes {', '.join(sorted(known)) or 'none'}")
-        check_object(name, known[name], value)
+        known[name].check(value)
     for node in nodes:
         writer.add_pass(node)
     outputs_data = [[name, writer.handle(target)] for name, target in named.items()]
@@ -245,7 +245,9 @@ class _Writer:
                 f"a pg.Value of its own, of type {', '.join(VALUE_TYPES)}"
             )
         default = None if value.default is None else _default_data(value.default, f"value {value.name!r}: default")
-        data = {"name": value.name, "type": _TYPE_NAMES[value.type], "static": value.static, "default": default}
+        limits = [[limit.where, asdict(limit.range)] for limit in value.limits]
+        data = {"name": value.name, "type": _TYPE_NAMES[value.type], "static": value.static, "default": default,
+                "limits": limits}  # fmt: skip
         return self._add("values", value, data)
 
     def _kernel(self, node: Pass, kernel: Kernel) -> int:

@@ -407,6 +407,26 @@ def test_names_that_the_effect_does_not_have_are_refused(engine: Engine) -> None
         attached.set(far=3.0)
 
 
+def test_numbers_outside_of_ranges_are_refused_before_a_frame(engine: Engine) -> None:
+    def own(frame: pg.Target, share: float | pg.Value = 0.5) -> pg.Target:
+        text = "def own(c: Image, share: Annotated[float, Range(0, 1)]) -> vec4: return c[0, 0] * share"
+        made: pg.Target = pg.kernel(source=text)(frame, share, into=pg.target("own", "rgba8"))
+        return made
+
+    for effect_, name, right, wrong, words in (
+        (passgraph.effects.bloom, "intensity", 1.0, -1.0, "bloom: intensity must be 0 or more, got -1.0"),
+        (passgraph.effects.occluded, "radius", 1.0, 0.0, "occluded: radius must be above 0, got 0.0"),
+        (own, "share", 1.0, 2.0, "kernel own, parameter 'share' must be 0 to 1, got 2"),
+    ):
+        with pytest.raises(pg.InputError, match=re.escape(words)):
+            attach(effect_, camera=CAMERA, **{name: wrong})
+        with attach(effect_, camera=CAMERA, **{name: right}) as attached:
+            with pytest.raises(pg.InputError, match=re.escape(words)):
+                attached.set(**{name: wrong})
+            attached.draw()
+            assert attached.error is None, attached.error
+
+
 def test_what_an_effect_raises_when_it_is_planned_comes_from_attach() -> None:
     with pytest.raises(pg.GraphError, match="the effect must return the target of its last pass, got 3"):
         attach(lambda frame: 3)
