@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.errors import GraphError
+from passgraph.graph.run_values import OUTPUT_SIZE as _PICTURE_SIZE
 from passgraph.graph.run_values import Value
 from passgraph.graph.targets import Blocks
 from passgraph.language import scalar as s
@@ -84,6 +85,16 @@ def footprint(plan: Plan) -> Footprint:
     for need in needs.values():
         halo = halo.over(need)
     return Footprint(halo, uncut, wide, high)
+
+
+def is_pointwise(plan: Plan) -> bool:
+    """Return True if each pixel of the results depends on the same pixel of the inputs alone, wherever that is."""
+    return _PICTURE_SIZE.name not in plan.values and all(
+        type(step) is PixelStep
+        and not step.program.builtins
+        and all(step.program.image(name).pointwise and plan.resources[r].kind != "history" for name, r in step.images)
+        for step in plan.steps
+    )
 
 
 def _result_size(plan: Plan) -> tuple[int, int]:

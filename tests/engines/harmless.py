@@ -37,9 +37,13 @@ def frames(engine: str, *options: str, under: tuple[str, ...] = ()) -> Frames:
     return played(engine, *options, under=under)
 
 
-def said(code: str) -> str:
+def said(code: str, **variables: str) -> str:
     """What a new interpreter prints."""
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(root), os.environ.get("PYTHONPATH", "")])}
+    environment = {
+        **os.environ,
+        **variables,
+        "PYTHONPATH": os.pathsep.join([str(root), os.environ.get("PYTHONPATH", "")]),
+    }
     command = [sys.executable, "-c", dedent(code)]
     ran = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
     assert ran.returncode == 0, ran.stderr

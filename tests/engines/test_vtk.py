@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
 from tests.engines.harmless import check_failing_effect, check_harmless, check_resized, check_sensitive, need, said
+from tests.xvfb import screen
 
 pytestmark = pytest.mark.engines
 
@@ -130,6 +133,79 @@ def test_a_screenshot_in_tiles_gets_the_effect_and_so_do_frames_after_it() -> No
     """).split("\n") == [
         "None (60, 160, 3) True True", "None (90, 240, 3) True True", "None (30, 80, 3) True True", "",
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize("shown", ["off screen", "on a screen smaller than the picture"])
+def test_a_screenshot_of_the_attachment_is_that_of_a_larger_window(shown: str) -> None:
+    """Ambient occlusion reads the depth around each pixel, which tiles do not have."""
+    code = """
+        from functools import partial
+        import numpy as np
+        import passgraph as pg
+        from docs.engines.vtk import Scene
+        from passgraph.effects import occluded
+
+        ON_SCREEN = False
+        scene = Scene((60, 40))
+        scene.window.SetOffScreenRendering(not ON_SCREEN)
+        with scene.attach(partial(occluded, radius=0.6)) as one:
+            scene.window.Render()
+            before = scene.picture()
+            for scale in (2, 4):
+                large = Scene((60 * scale, 40 * scale))
+                large.window.Render()
+                plain = large.picture()
+                with large.attach(partial(occluded, radius=0.6)):
+                    large.window.Render()
+                    expected = large.picture()
+                taken = one.screenshot(scale)
+                print(taken.dtype, (taken == expected).all(), (expected != plain).mean() > 0.1)
+            print(one.error, (scene.picture() == before).all(), scene.window.GetSize())
+            scene.window.SetSize(3000, 20)
+            try:
+                one.screenshot(16)
+            except pg.InputError as error:
+                print(error)
+    """
+    if shown == "off screen":
+        printed = said(code)
+    else:
+        with screen() as display:
+            printed = said(code.replace("ON_SCREEN = False", "ON_SCREEN = True"), DISPLAY=display)
+    *lines, error, _ = printed.split("\n")
+    assert lines == ["uint8 True True", "uint8 True True", "None True (60, 40)"]
+    assert re.fullmatch(r"vtk: this device draws at most \d+ pixels a side, got 48000x320; take a smaller scale", error)
+
+
+def test_tiles_of_a_screenshot_stay_without_an_effect_that_reads_around_and_it_is_said() -> None:
+    assert said("""
+        import logging
+        import sys
+        import vtk
+        from vtk.util.numpy_support import vtk_to_numpy
+        from docs.engines.vtk import Scene
+        from passgraph.effects import occluded, vignette
+
+        logging.basicConfig(stream=sys.stdout, format="%(message)s")
+        scene = Scene((60, 40))
+
+        def tiled():
+            filter = vtk.vtkWindowToImageFilter()
+            filter.SetInput(scene.window)
+            filter.SetScale(2)
+            filter.Update()
+            return vtk_to_numpy(filter.GetOutput().GetPointData().GetScalars()).copy()
+
+        scene.window.Render()
+        plain = tiled()
+        for effect in (occluded, vignette):
+            with scene.attach(effect) as one:
+                print((tiled() == plain).all(), one.error)
+    """).split("\n") == 2 * [
+        "vtk: a frame stays without the effect: this screenshot is drawn in tiles, and the effect reads beyond its "
+        "pixel, which would leave seams; take it with .screenshot(scale=2) of what attach returned",
+        "True None",
+    ] + [""]
 
 
 def test_picking_sees_actors_through_the_effect() -> None:
