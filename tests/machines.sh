@@ -22,7 +22,7 @@ inside() {
         sed -i "/^$1\t/d" /root/results
         printf '%s\t%s\n' "$1" "$2" | tee -a /root/results
     }
-    run() { timeout 5400 "${@:2}" </dev/null >"/root/steps/$1" 2>&1; }
+    run() { timeout 14400 "${@:2}" </dev/null >"/root/steps/$1" 2>&1; }
     passed() { grep "^$1"$'\t' /root/results | grep -qv failed; }
     check() {
         if passed "$1"; then return; fi
