@@ -290,9 +290,11 @@ class PixelPassRunner:
         block = inner_block(self.step.program, size, group)
         run = run_of(block[2]) if self.backend.is_cpu else 1
         source = pixel_source(self.step.program, images, layouts[image_count:], constant, run, block)
-        built = self.backend.programs.build(source, self.what)
+        items = {name: self._items(name, size, block, run) for name in kernels_of(size, block)}
+        grouped = any(group != (1, 1) for _, group in items.values())
+        built = self.backend.programs.build(source, self.what, grouped)
         cut = cut_of(block, run)
-        return [self.launch(built, name, *self._items(name, size, block, run), cut) for name in kernels_of(size, block)]
+        return [self.launch(built, name, *one, cut) for name, one in items.items()]
 
     def launch(
         self, program: Any, name: str, items: tuple[int, int], group: tuple[int, int] | None,

@@ -7,6 +7,7 @@ import warnings
 from typing import Any
 
 from passgraph.backends.opencl.opencl_c import package_text
+from passgraph.backends.opencl.trial import trial_of
 from passgraph.backends.printing import Listing
 from passgraph.cached import Recent
 from passgraph.errors import BackendError
@@ -39,9 +40,12 @@ class Programs:
         self.options = ["-cl-std=CL1.2", *(["-cl-fp32-correctly-rounded-divide-sqrt"] if rounded else [])]
         self.built: dict[str, Any] = Recent(MOST_BUILT)
         self.declares = device.platform.name == POCL
+        self.trial = trial_of(device)
 
-    def build(self, listing: Listing, what: str) -> Any:
+    def build(self, listing: Listing, what: str, grouped: bool = True) -> Any:
         """Return the built program of a source.
+
+        ``grouped``: False if each group of its kernels has one work-item, which no known driver fails over (`Trial`).
 
         Raises
         ------
@@ -55,31 +59,40 @@ class Programs:
                 with warnings.catch_warnings():
                     # Compilers write messages even on success.
                     warnings.simplefilter("ignore", cl.CompilerWarning)
-                    self.built[listing.text] = self._built(listing.text)
+                    self.built[listing.text] = self._built(listing.text, grouped)
             except cl.Error as error:
                 raise build_error(listing, what, str(error)) from None
         return self.built[listing.text]
 
-    def _built(self, text: str) -> Any:
+    def _built(self, text: str, grouped: bool) -> Any:
         import pyopencl as cl
 
         if self.declares:
             try:
-                source, options = self.sent(text)
-                return cl.Program(self.context, source).build(options, [self.device])
+                return self._compiled(*self.sent(text, grouped))
             except cl.Error:
                 pass  # it may need the driver's own; if not, the standalone source has the error's line
-        built = cl.Program(self.context, text).build(self.options, [self.device])
+        built = self._compiled(*self._tried(text, self.options, grouped))
         self.declares = False
         return built
 
-    def sent(self, text: str) -> tuple[str, list[str]]:
+    def _compiled(self, source: str, options: list[str]) -> Any:
+        import pyopencl as cl
+
+        return cl.Program(self.context, source).build(options, [self.device])
+
+    def sent(self, text: str, grouped: bool = True) -> tuple[str, list[str]]:
         """Return the source that is compiled for a text, and the compiler's options."""
         if self.declares:
-            return package_text("declared.cl") + text, [*self.options, ALL_DECLARED]
-        return text, self.options
+            return self._tried(package_text("declared.cl") + text, [*self.options, ALL_DECLARED], grouped)
+        return self._tried(text, self.options, grouped)
+
+    def _tried(self, source: str, options: list[str], grouped: bool) -> tuple[str, list[str]]:
+        return self.trial.safe(source, options) if self.trial is not None and grouped else (source, options)
 
     def close(self) -> None:
+        if self.trial is not None:
+            self.trial.close()
         self.built.clear()
 
 

@@ -22,7 +22,7 @@ def sent_pass(
     # The text of the program that these kernels belong to.
     own = runner.launches[0].kernel.program.int_ptr
     text = next(text for text, program in programs.built.items() if program.int_ptr == own)
-    source, options = programs.sent(text)
+    source, options = programs.sent(text, any(launch.group != (1, 1) for launch in runner.launches))
     launches = [
         (launch.kernel.function_name, launch.items, launch.group, [int(number) for number in launch.cut.tolist()])
         for launch in runner.launches
