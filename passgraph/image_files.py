@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -75,6 +75,28 @@ _SIZE_AND_ORIENTATION = (
 )  # fmt: skip
 
 
+class Window(NamedTuple):
+    """A rectangle of pixels, in the coordinates of an OpenEXR file."""
+
+    x: int
+    y: int
+    width: int
+    height: int
+
+    def joined(self, other: Window) -> Window:
+        """Return the smallest window around two.
+
+        >>> Window(0, 0, 4, 4).joined(Window(-1, 1, 2, 5))
+        Window(x=-1, y=0, width=5, height=6)
+        """
+        x, y = min(self.x, other.x), min(self.y, other.y)
+        right, bottom = (
+            max(self.x + self.width, other.x + other.width),
+            max(self.y + self.height, other.y + other.height),
+        )
+        return Window(x, y, right - x, bottom - y)
+
+
 @contextmanager
 def name_of(file: Path, data: bytes | None = None) -> Iterator[str]:
     """Yield a name under which OpenImageIO, which reads UTF-8 names and no memory, can open a file or bytes."""
@@ -116,7 +138,8 @@ class ImageFile:
 
     Attributes
     ----------
-    width, height : pixels as stored, before orientation is applied; for OpenEXR the display window
+    width, height : pixels as stored, before orientation is applied; for OpenEXR those of the window
+    window : what is read of OpenEXR: the display window, with ``overscan`` the data window too
     dtype : uint8, uint16, float16 or float32
     channels : number of channels that are read: 1 (gray), 2, 3 or 4
     has_alpha : the last of them is alpha; two channels without it are data, such as motion
@@ -131,7 +154,9 @@ class ImageFile:
     InputError : unknown format, broken header, unsupported types or channels, or no such layer.
     """
 
-    def __init__(self, file: Path, name: str, layer: str | None = None, max_bytes: int = MAX_BYTES) -> None:
+    def __init__(
+        self, file: Path, name: str, layer: str | None = None, max_bytes: int = MAX_BYTES, *, overscan: bool = False
+    ) -> None:
         import OpenImageIO as oiio
 
         self._file, self._oiio = file, oiio
@@ -163,7 +188,10 @@ class ImageFile:
         self.channels = len(self.order)
         self.dtype = self._dtype() if mending.dtype is None else mending.dtype
         self._windowed = self.format == "openexr"
-        self.width, self.height = (spec.full_width, spec.full_height) if self._windowed else (spec.width, spec.height)
+        data = Window(spec.x, spec.y, spec.width, spec.height)
+        display = Window(spec.full_x, spec.full_y, spec.full_width, spec.full_height)
+        self.window = data if not self._windowed else display.joined(data) if overscan else display
+        self.width, self.height = self.window.width, self.window.height
         self.orientation = int(_attribute(spec, "Orientation", 1))
         first, last = min(self.order), max(self.order)
         stored_bytes = spec.width * spec.height * (last - first + 1) * self.dtype.itemsize
@@ -217,8 +245,9 @@ class ImageFile:
         )
         is_numbers = self.channels == 4 and not self.has_alpha
         found = Metadata(
-            entries, not self.has_alpha, self.dtype == np.uint16, self._stated_space(), self.is_associated, is_numbers
-        )
+            entries, not self.has_alpha, self.dtype == np.uint16, self._stated_space(), self.is_associated, is_numbers,
+            self.dtype == np.float16,
+        )  # fmt: skip
         # ICC.1:2022, section 7.2.6: the color space of the data; the result is RGB.
         if found.profile and found.profile[16:20] != b"RGB ":
             return replace(found, entries=tuple(entry for entry in entries if entry[0] != "ICCProfile"))
@@ -253,7 +282,23 @@ class ImageFile:
             pixels = pixels[..., order]
         if self._mending.adjust is not None:
             pixels = self._mending.adjust(pixels)
-        return _in_window(spec, pixels) if self._windowed else pixels
+        return _in_window(self.window, Window(spec.x, spec.y, spec.width, spec.height), pixels)
+
+    def read_part(self, part: tuple[int, int, int, int], channels: range, kind: str) -> Pixels:
+        """Return rows and columns of the data window, in the file's coordinates, of channels side by side (OpenEXR)."""
+        spec = self.spec
+        y0, y1 = _whole_blocks(part[:2], spec.y, spec.height, spec.tile_height or 1)
+        x0, x1 = _whole_blocks(part[2:], spec.x, spec.width, spec.tile_width or spec.width)
+        first, last = channels.start, channels.stop
+        if spec.tile_width:
+            read: Any = self.input.read_tiles(self.subimage, 0, x0, x1, y0, y1, 0, 1, first, last, kind)
+        else:
+            read = self.input.read_scanlines(self.subimage, 0, y0, y1, 0, first, last, kind)
+        problem = error_of(self.input)
+        if read is None or problem:
+            raise self.corrupt(problem)
+        stored: Pixels = read.reshape(y1 - y0, x1 - x0, last - first)
+        return stored[part[0] - y0 : part[1] - y0, part[2] - x0 : part[3] - x0]
 
     def close(self) -> None:
         self.input.close()
@@ -408,12 +453,21 @@ def _as_decoded(file: Path, data: bytes | None, layer: str | None) -> tuple[byte
 
 @contextmanager
 def opened_image(
-    file: Path, data: bytes | None = None, layer: str | None = None, max_bytes: int = MAX_BYTES
+    file: Path,
+    data: bytes | None = None,
+    layer: str | None = None,
+    max_bytes: int = MAX_BYTES,
+    *,
+    overscan: bool = False,
 ) -> Iterator[ImageFile]:
     """Open an `ImageFile`, closed at the end; ``data`` is the file's content if it is not on disk."""
     content, parts = _as_decoded(file, data, layer)
     with name_of(file, content) as name:
-        image = ImageFile(file, name, layer, max_bytes) if parts is None else HdrRendition(file, name, parts, max_bytes)
+        image = (
+            ImageFile(file, name, layer, max_bytes, overscan=overscan)
+            if parts is None
+            else HdrRendition(file, name, parts, max_bytes)
+        )
         try:
             yield image
         finally:
@@ -472,13 +526,23 @@ def upright(pixels: Pixels, orientation: int) -> Pixels:
     return _TURNS[orientation](pixels) if orientation in _TURNS else pixels
 
 
-def _in_window(spec: oiio.ImageSpec, pixels: Pixels) -> Pixels:
-    """Crop or pad the data window's pixels to the display window."""
-    if (spec.x, spec.y, spec.width, spec.height) == (spec.full_x, spec.full_y, spec.full_width, spec.full_height):
+def _in_window(window: Window, data: Window, pixels: Pixels) -> Pixels:
+    """Crop or pad the data window's pixels to another window."""
+    if window == data:
         return pixels
-    window = np.zeros((spec.full_height, spec.full_width, pixels.shape[2]), pixels.dtype)
-    paste(window, (spec.full_y, spec.full_x), pixels, (spec.y, spec.x))
-    return window
+    found = np.zeros((window.height, window.width, pixels.shape[2]), pixels.dtype)
+    paste(found, (window.y, window.x), pixels, (data.y, data.x))
+    return found
+
+
+def _whole_blocks(span: tuple[int, int], begin: int, length: int, block: int) -> tuple[int, int]:
+    """Return a span widened to whole blocks, which begin at ``begin``.
+
+    >>> _whole_blocks((5, 9), 1, 20, 4), _whole_blocks((18, 19), 1, 20, 4)
+    ((5, 9), (17, 21))
+    """
+    first, last = (span[0] - begin) // block * block, -(-(span[1] - begin) // block) * block
+    return begin + first, begin + min(last, length)
 
 
 def paste(target: Pixels, target_at: tuple[int, int], source: Pixels, source_at: tuple[int, int]) -> int:

@@ -91,12 +91,12 @@ WRITABLE = {
 
 
 #: Entries that describe colors. Those of OpenEXR that name transforms hold for the source's colors only.
-_COLOR_ENTRIES = (
+COLOR_ENTRIES = (
     "ICCProfile", "CICP", "colorInteropID", "chromaticities", "adoptedNeutral", "whiteLuminance",
     "renderingTransform", "lookModTransform", "acesImageContainerFlag",
 )  # fmt: skip
 #: The writers that store them, by OpenImageIO's names; an ICC profile is left to each writer.
-_STORED_BY = dict.fromkeys(_COLOR_ENTRIES[2:], ("openexr",)) | {"CICP": ("png",)}
+_STORED_BY = dict.fromkeys(COLOR_ENTRIES[2:], ("openexr",)) | {"CICP": ("png",)}
 #: OpenImageIO's attribute by which its writers choose color tags. PNG's writes sRGB, gAMA and cHRM without it, even
 #: beside other tags (3.2.2); a name that it does not know writes none.
 _COLOR_SPACE, NO_TAGS = "oiio:ColorSpace", "unknown"
@@ -111,6 +111,7 @@ class Metadata:
     entries : (name, OpenImageIO's type, value): ICC profile, resolution, EXIF, time code ...
     opaque : True if the file has no alpha
     deep : True if it holds 16-bit integers
+    half : True if it holds floats of 16 bits
     space : the color space that the file states, by its Color Interop ID or as OpenImageIO names it; "" if none
     additive : True if color where alpha is 0 is light that is added: color is stored multiplied by alpha
     numbers : True if pixels are four numbers, not color with alpha
@@ -122,6 +123,7 @@ class Metadata:
     space: str = ""
     additive: bool = False
     numbers: bool = False
+    half: bool = False
 
     def get(self, name: str) -> Any:
         """Return the value of an entry, or None."""
@@ -152,7 +154,7 @@ class Metadata:
         if isinstance(space, Recoded):
             # Frames of HDR video are decoded as sRGB too, which makes no light.
             space = space.of("" if ColorSpace("", self.space).transfer in ("pq", "hlg") else self.gamut)
-        kept = tuple(entry for entry in self.entries if entry[0] not in _COLOR_ENTRIES)
+        kept = tuple(entry for entry in self.entries if entry[0] not in COLOR_ENTRIES)
         return replace(self, entries=kept, space=space.interop or NO_TAGS)
 
     def attributes_for(self, writer: str) -> Iterator[tuple[str, str, Any]]:

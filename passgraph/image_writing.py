@@ -47,25 +47,33 @@ _BASE_TYPE = re.compile(r"(\w+)(.*)", re.DOTALL)
 _ENDS = {"png": b"IEND\xaeB`\x82", "jpeg": b"\xff\xd9"}
 
 
-def write_image(file: Path, to: Path, pixels: Pixels, kind: WritableFormat, metadata: Metadata) -> None:
+def write_image(
+    file: Path, to: Path, pixels: Pixels, kind: WritableFormat, metadata: Metadata, layer: str | None = None
+) -> None:
     """Write pixels with a dtype and channel count that the format supports; ``file`` is the name in messages.
+
+    ``layer`` is the channels' layer in OpenEXR.
 
     Raises
     ------
     InputError : the format cannot store them.
     OSError : the path exists or cannot be written.
     """
-    with to.open("xb") as stream, encoded_image(file, pixels, kind, metadata) as content:
+    with to.open("xb") as stream, encoded_image(file, pixels, kind, metadata, layer) as content:
         shutil.copyfileobj(content, stream, 1 << 20)
 
 
 @contextmanager
-def encoded_image(file: Path, pixels: Pixels, kind: WritableFormat, metadata: Metadata) -> Iterator[BinaryIO]:
+def encoded_image(
+    file: Path, pixels: Pixels, kind: WritableFormat, metadata: Metadata, layer: str | None = None
+) -> Iterator[BinaryIO]:
     """Yield the encoded file as a stream; parameters and errors are those of `write_image`."""
     height, width = pixels.shape[:2]
     if max(width, height) > kind.largest:
         raise InputError(f"{file}: {kind.name} cannot hold {width}×{height} pixels; save as .png or .exr")
     spec = image_spec(pixels.shape, pixels.dtype, metadata, kind.writer)
+    if layer is not None:
+        spec.channelnames = tuple(f"{layer}.{name}" for name in spec.channelnames)
     if not kind.associated:
         spec.attribute("oiio:UnassociatedAlpha", 1)
     for name, value in kind.attributes:

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from passgraph import arguments
 from passgraph.color_tags import ColorSpace, Recoded
 from passgraph.errors import InputError, reason
+from passgraph.exr_layers import KeptLayers
 from passgraph.image_files import FIRST_OF_SEVERAL, MAX_BYTES, associated, opened_image, straight, upright
 from passgraph.image_formats import WRITABLE, Metadata, WritableFormat, is_opaque, unstated
 from passgraph.image_writing import encoded_image, write_image
@@ -53,6 +54,7 @@ def load(
     max_bytes: int = MAX_BYTES,
     linear: bool = False,
     raw: bool = False,
+    overscan: bool = False,
 ) -> Picture:
     """Load a picture file. The format is detected from its content, not from its name.
 
@@ -69,6 +71,8 @@ def load(
     linear : decode the colors (not alpha) of integer formats to linear light: by the transfer function that the file
         states, if that is linear, sRGB or a power; else from sRGB.
     raw : do not divide associated colors by alpha. Layers without color, such as Cryptomatte's, are never divided.
+    overscan : read the pixels that an OpenEXR file has outside its display window too: the picture is as large as the
+        smallest window around both.
 
     Returns
     -------
@@ -96,7 +100,8 @@ def load(
     max_bytes = arguments.whole_number(max_bytes, f"{file}: max_bytes", 1, MOST_BYTES, InputError)
     arguments.flag(linear, f"{file}: linear", InputError)
     arguments.flag(raw, f"{file}: raw", InputError)
-    picture, encoding = _load(file, None, layer or named_layer, max_bytes, as_stored=False, raw=raw)
+    arguments.flag(overscan, f"{file}: overscan", InputError)
+    picture, encoding = _load(file, None, layer or named_layer, max_bytes, as_stored=False, raw=raw, overscan=overscan)
     if holds_several(file):
         warnings.warn(f"{file}: {FIRST_OF_SEVERAL}", stacklevel=2)
     if linear and encoding is not None:
@@ -132,7 +137,7 @@ def _light_of(file: Path, encoding: str) -> Callable[[Picture], Picture]:
     return srgb_to_linear
 
 
-def load_stored(path: Path, data: bytes | None = None, *, linear: bool = False) -> Stored:
+def load_stored(path: Path, data: bytes | None = None, *, linear: bool = False, overscan: bool = False) -> Stored:
     """Load a picture in the file's own type: (h, w, 4) uint8, uint16 or float32.
 
     Parameters
@@ -140,9 +145,10 @@ def load_stored(path: Path, data: bytes | None = None, *, linear: bool = False) 
     path : a file, or only its name in messages
     data : the content if it is not on disk
     linear : integers will be decoded from sRGB. Those of another encoding are returned as float32, in linear light.
+    overscan : as for `load`
     """
     file, layer = split_layer(path)
-    picture, encoding = _load(file, data, layer, MAX_BYTES, as_stored=True)
+    picture, encoding = _load(file, data, layer, MAX_BYTES, as_stored=True, overscan=overscan)
     if not linear or encoding is None or (light_of := _light_of(file, encoding)) is srgb_to_linear:
         return picture
     light = scaled(picture)
@@ -158,6 +164,11 @@ def split_layer(path: Path) -> tuple[Path, str | None]:
     """
     found = _LAYER.fullmatch(os.fspath(path))
     return (path, None) if found is None or os.path.lexists(path) else (Path(found[1]), found[2])
+
+
+def is_exr(path: Path) -> bool:
+    """Return True for the name of an OpenEXR file, or of a layer of one."""
+    return split_layer(path)[0].suffix.lower() == ".exr"
 
 
 def in_layer(file: Path, layer: str | None) -> Path:
@@ -222,8 +233,9 @@ def scaled(values: Stored) -> Picture:
 
 
 def _load(
-    file: Path, data: bytes | None, layer: str | None, max_bytes: int, *, as_stored: bool, raw: bool = False
-) -> tuple[Stored, str | None]:
+    file: Path, data: bytes | None, layer: str | None, max_bytes: int, *, as_stored: bool, raw: bool = False,
+    overscan: bool = False,
+) -> tuple[Stored, str | None]:  # fmt: skip
     """Return the picture and the encoding: of integers a name or "" if not given, of floats None."""
     if data is None:
         size = check_regular(file, "a picture file")
@@ -241,7 +253,7 @@ def _load(
             content = read_bytes(file, "a picture file", max_bytes) if data is None else data
             picture, is_float = _decode_npy(file, content, max_bytes, as_stored)
             return picture, None if is_float else ""
-        with opened_image(file, data, layer, max_bytes) as image:
+        with opened_image(file, data, layer, max_bytes, overscan=overscan) as image:
             check_size(file, image.width, image.height, image.held + size, max_bytes)
             check_size(file, *image.data_size, image.held + size, max_bytes)
             pixels = image.read()
@@ -319,6 +331,7 @@ def save(
     bits: int | None = None,
     color: ColorSpace | Recoded | str | None = None,
     raw: bool = False,
+    layers_of: str | os.PathLike[str] | None = None,
 ) -> None:
     """Save a picture file atomically: an existing file stays until the new one is complete on the disk.
 
@@ -327,7 +340,7 @@ def save(
     Parameters
     ----------
     path : the suffix chooses the format: 8-bit .png .jpg .jpeg .tif .tiff .webp .bmp .tga .pgm .ppm .pnm .jxl, 16-bit
-        .dpx, float .exr .hdr .pfm .npy.
+        .dpx, float .exr .hdr .pfm .npy. ``out.exr:comp`` stores the picture as a layer, in the channels ``comp.R`` ...
     picture : (h, w) or (h, w, 1 | 2 | 3 | 4), row 0 on top: gray, gray and alpha, RGB, RGBA, with straight alpha.
         Floats are clipped to [0, 1] and rounded half to even for integer formats and written unchanged to float
         formats. uint8 and uint16 are stored as they are; float formats store them divided by 255 and 65535.
@@ -337,11 +350,16 @@ def save(
         is stored. If that file has 16 bits, floats are stored in 16 bits if the format supports it; else a warning is
         given. Between OpenEXR files color stays where alpha is 0: it is light that is added.
     bits : 8 or 16 for integers; 16 or 32 for floats, also in TIFF and JPEG XL (32). The default is the array's own for
-        uint8, uint16 and float16, if the format supports it.
+        uint8, uint16 and float16, if the format supports it; in OpenEXR 16 if ``like`` is of half floats.
     color : the color space of the picture, for color tags: a Color Interop ID such as ``"lin_ap1_scene"``, or "" for
         no tags. By default the tags of ``like``, which are wrong for a picture that was converted. A warning is given
         for a format that cannot state it.
     raw : store numbers as they are: OpenEXR does not get color times alpha. With ``load(raw=True)`` every bit is kept.
+    layers_of : an OpenEXR file that the picture was made of, ``shot.exr`` or ``shot.exr:diffuse``. The new file is a
+        copy of it, in which the picture replaces the color, or the layer ``comp`` of ``out.exr:comp``, or is added as
+        that. Other layers and parts, data window and attributes stay, bit for bit. ``like`` is this file if it is left
+        out. The picture must have the size of the file's display window, with overscan or without. If it has another
+        size, it is stored without the layers, with a warning.
 
     Raises
     ------
@@ -354,32 +372,70 @@ def save(
     Traceback (most recent call last):
     passgraph.errors.InputError: picture.abc: unknown suffix '.abc'; expected one of .png .jpg .jpeg .tif ...
     """
-    file = arguments.path(path, "where a picture is saved")
+    file, into = split_layer(arguments.path(path, "where a picture is saved"))
     arguments.flag(linear, f"{file}: linear", InputError)
     arguments.flag(raw, f"{file}: raw", InputError)
     kind = format_of_suffix(file)
     pixels = _checked(file, picture)
-    metadata = _metadata(like, kind, linear)
+    kept = _kept_layers(file, kind, layers_of, into)
+    metadata = _metadata(layers_of if like is None else like, kind, linear)
     if color is not None:
         metadata = metadata.in_space(_space(file, kind, color))
+    asked_bits = bits
     if bits is None and metadata.deep and pixels.dtype.kind == "f" and not kind.is_float:
         if "uint16" in kind.dtypes:
             bits = 16
         else:
             warnings.warn(f"{file}: {fewer_bits(kind)}", stacklevel=2)
+    if bits is None and metadata.half and kind.writer == "openexr":
+        bits = 16
     dtype = _stored_dtype(file, pixels, kind, bits)
     is_multiplied = kind.associated and not raw and not metadata.numbers and pixels.shape[2] in (2, 4)
     # Straight color of half floats may be beyond their range, where alpha is small.
-    values = _converted(file, pixels, np.dtype(np.float32) if is_multiplied else dtype, linear)
+    values = _converted(file, pixels, np.dtype(np.float32) if is_multiplied or kept else dtype, linear)
     values = metadata.stored_channels(_fitting_channels(file, values, kind))
     if kind.name == "npy":
         _write(file, lambda temporary: _write_npy(temporary, values))
-    else:
-        if is_multiplied:
-            with np.errstate(over="ignore"):  # values beyond the type's range become infinite, as in a float target
-                has_alpha = values.shape[2] in (2, 4)
-                values = (associated(values, additive=metadata.additive) if has_alpha else values).astype(dtype)
-        _write(file, lambda temporary: write_image(file, temporary, values, kind, metadata))
+        return
+    if is_multiplied and values.shape[2] in (2, 4):
+        values = associated(values, additive=metadata.additive)
+    place = None if kept is None else kept.place_of(values)
+    if kept is not None and place is not None:
+        converted = color is not None
+        _write(
+            file,
+            lambda temporary: kept.write(file, temporary, values, place, asked_bits, metadata, converted=converted),
+        )
+        return
+    if kept is not None:
+        size = f"{values.shape[1]}×{values.shape[0]}"
+        warnings.warn(
+            f"{file}: is {size} pixels, and {kept.source} is not; its other layers are left out", stacklevel=2
+        )
+    with np.errstate(over="ignore"):  # values beyond the type's range become infinite, as in a float target
+        values = values.astype(dtype, copy=False)
+    _write(file, lambda temporary: write_image(file, temporary, values, kind, metadata, into))
+
+
+def fits_layers(picture: Stored, layers_of: Path) -> bool:
+    """Return True if a picture has a size with which it can be among the layers of an OpenEXR file."""
+    source, layer = split_layer(layers_of)
+    return KeptLayers(source, layer).place_of(picture) is not None
+
+
+def _kept_layers(
+    file: Path, kind: WritableFormat, layers_of: str | os.PathLike[str] | None, into: str | None
+) -> KeptLayers | None:
+    """Return what a picture is written into; None for a file of its own."""
+    if kind.writer != "openexr" and (into is not None or layers_of is not None):
+        raise InputError(f"{file}: {kind.name} has no layers; save as .exr")
+    if layers_of is None:
+        return None
+    source, layer = split_layer(arguments.path(layers_of, f"{file}: layers_of"))
+    if not is_exr(source):
+        raise InputError(f"{file}: layers_of must be an OpenEXR file (.exr), got {source}; leave it out")
+    check_regular(source, "a picture file")
+    return KeptLayers(source, layer, into)
 
 
 #: Display color of NaN: rare in pictures.

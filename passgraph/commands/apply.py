@@ -20,6 +20,7 @@ from passgraph.commands.clips import (
     goes_into_folder,
     inputs_in_layer,
     inputs_of,
+    keeps_layers,
     sources_of,
 )
 from passgraph.commands.color_spaces import color_space_options, space_of_results, take_color_spaces
@@ -47,7 +48,7 @@ from passgraph.commands.options import (
     together,
 )
 from passgraph.commands.parameter_options import Changing, FramesOption, check_no_ramps
-from passgraph.commands.running import RunOptions, check_one_picture, check_outputs, run_and_save
+from passgraph.commands.running import Layers, RunOptions, check_one_picture, check_outputs, run_and_save
 from passgraph.commands.sound import audio_options, audio_picture, keeps_time, open_audio, split_sound
 from passgraph.commands.written_files import (
     STREAM,
@@ -68,7 +69,7 @@ from passgraph.files.names import Pattern, is_film, is_video
 from passgraph.files.pipe import Raw
 from passgraph.files.sequences import Held, Numbers, Pictures, Repeated, ToPictures, bits_of, is_made
 from passgraph.graph.targets import Input
-from passgraph.pictures import split_layer
+from passgraph.pictures import is_exr, split_layer
 
 if TYPE_CHECKING:
     from fractions import Fraction
@@ -103,9 +104,17 @@ def frames_option(subject: str) -> Callable[[Decorated], Decorated]:
 
 bits_option = click.option(
     "--bits",
-    type=click.Choice(["8", "16"]),
+    type=click.Choice(["8", "16", "32"]),
     callback=lambda _, __, bits: bits and int(bits),
-    help="Bits per channel: .png .tif .jxl 8 or 16, .exr 16 (half) or 32.  [default: as the input, else 8; .exr 32]",
+    help="Bits per channel: .png .tif .jxl 8 or 16, .exr 16 (half) or 32.  [default: as the input; else 8, .exr 32]",
+)
+
+
+keep_layers_option = click.option(
+    "--keep-layers/--drop-layers",
+    default=True,
+    show_default=True,
+    help="From .exr to .exr: keep other layers and parts, the data window and the attributes of INPUT.",
 )
 
 
@@ -188,6 +197,7 @@ def command_of(effect: Effect) -> click.Command:
         metavar="NAME",
         help="Layer of OpenEXR files, as in INPUT:NAME; or hdr: of JPEG files with a gain map.",
     )
+    @keep_layers_option
     @click.option(
         "--raw", metavar="WxH:LAYOUT@RATE", help="Format of raw pixels in streams (-), such as 640x480:rgb24@25."
     )
@@ -226,6 +236,10 @@ def apply_effect(
 ) -> int:  # fmt: skip
     """Apply an effect to one picture or many."""
     sound = open_audio(effect, split_sound(effect, inputs, audio)[1])
+    file, options["output_layer"] = split_layer(Path(output))
+    output = output if options["output_layer"] is None else str(file)
+    if options["output_layer"] is not None and not is_exr(file):
+        raise InputError(f"{output}: has no layers; give {output}, or an OpenEXR file (.exr)")
     inputs = inputs_in_layer(inputs, options.pop("layer"))
     effect = take_color_spaces(effect, inputs, output, options)
     options["color"] = space_of_results(effect, parameters, inputs, output, options["linear"])
@@ -309,10 +323,12 @@ def apply_to_one(
         click.echo(f"{output}: is there already")
         return 0
     tell_of_several([picture])
-    job = picture_job(effect, picture, depth, options["linear"], parameters, read.depth_buffer)
+    keeps = options["keep_layers"] and is_exr(picture) and is_exr(output)
+    job = picture_job(effect, picture, depth, options["linear"], parameters, read.depth_buffer, overscan=keeps)
     if read.audio is not None:
         job.given["audio"] = audio_picture(read.audio, effect, parameters, 0)
-    run_and_save(job, output, RunOptions.from_options(options), bits, picture, options["color"])
+    layers = Layers(options["output_layer"], keeps)
+    run_and_save(job, output, RunOptions.from_options(options), bits, picture, options["color"], layers)
     return 0
 
 
@@ -341,10 +357,13 @@ def apply_to_many(
     _check_further_pictures(effect, read.inputs, output)
     clips = clips_of(sources, output, writing)
     check_writing(writing, clips)
-    depths = None if read.depth is None else depth_of(read.depth, clips)
+    keeps = [clip for clip in clips if keeps_layers(clip)]
+    for clip in keeps:
+        clip.source.overscan = True  # type: ignore[attr-defined]  # of pictures
+    depths = None if read.depth is None else depth_of(read.depth, clips, overscan=bool(keeps))
     companions = pictures_beside(effect, arguments)
     stills = [path for path in arguments.values() if isinstance(path, Path) and path not in companions.values()]
-    opened = {name: frames_beside(path, clips, writing.raw) for name, path in companions.items()}
+    opened = {name: frames_beside(path, clips, writing.raw, overscan=bool(keeps)) for name, path in companions.items()}
     further = [*opened.values(), *([depths] if depths else [])]
     if not any(getattr(source, "has_alpha", True) for source in [*sources, *opened.values(), Pictures(stills)]):
         effect = effect.for_opaque()
@@ -353,7 +372,7 @@ def apply_to_many(
     tell_of_several(path for clip in clips if isinstance(clip.source, Pictures) for path in inputs_of(clip.source))
     changing = Changing.taken_from(effect, arguments)
     parameters, constants = picture_parameters(
-        effect, {n: value for n, value in arguments.items() if n not in companions}
+        effect, {n: value for n, value in arguments.items() if n not in companions}, overscan=bool(keeps)
     )
     parameters |= {name: Input(name, "rgba32f") for name in opened}
     depth_source = None if depths is None else Converted(depths, red_of)
@@ -417,5 +436,6 @@ def writing_of(options: dict[str, Any], sound: bool | Path) -> Writing:
         codec_options[key] = value
     return Writing(
         None if raw is None else Raw.parsed(raw), None if rate is None else rate_of(rate), options["codec"],
-        codec_options, sound, options["bits"], options.get("color"),
+        codec_options, sound, options["bits"], options.get("color"), options.get("keep_layers", False),
+        options.get("output_layer"),
     )  # fmt: skip

@@ -17,6 +17,7 @@ from passgraph.color_tags import ColorSpace, Recoded
 from passgraph.commands.written_files import (
     STREAM,
     check_apart,
+    check_bits,
     check_folder,
     check_no_video,
     check_path,
@@ -39,7 +40,7 @@ from passgraph.files.video import INTERLACED, Video
 from passgraph.files.video_sink import ToVideo
 from passgraph.gain_map import HDR
 from passgraph.image_formats import WRITABLE
-from passgraph.pictures import check_holds_bits, in_layer, split_layer
+from passgraph.pictures import in_layer, is_exr, split_layer
 from passgraph.reading import check_regular
 
 if TYPE_CHECKING:
@@ -102,9 +103,12 @@ class Writing:
     sound: bool | Path = True
     bits: int | None = None
     color: ColorSpace | Recoded | None = None
+    #: Whether other layers of OpenEXR files are kept, and the layer that results become.
+    keep_layers: bool = False
+    layer: str | None = None
 
     def pictures(self, paths: Mapping[int, Path] | Pattern) -> ToPictures:
-        return ToPictures(paths, self.bits, self.color)
+        return ToPictures(paths, self.bits, self.color, keep_layers=self.keep_layers, layer=self.layer)
 
     def film(self, path: Path) -> Film:
         if not is_video(path):
@@ -281,12 +285,12 @@ def check_writing(writing: Writing, clips: list[Clip]) -> None:
         check_no_video(writing.codec, writing.codec_options)
     if writing.rate and any(isinstance(clip.source, (Animation, Video)) for clip in films):
         raise InputError("--rate is for videos made of pictures; frames of a video keep their times; leave it out")
-    if writing.bits == 16:
+    if writing.bits in (16, 32):
         paths = [path for clip in clips if isinstance(clip.sink, ToPictures) for path, _ in outputs_of(clip)]
         if not paths:
             raise InputError("--bits is for picture files, and none is written; name some: -o out.%04d.png")
         for path in paths:
-            check_holds_bits(path, 16)
+            check_bits(path, writing.bits)
     for clip in clips:
         if isinstance(clip.sink, ToPictures):
             tell_of_lost_bits(clip.sink, clip.source)
@@ -322,19 +326,32 @@ def check_clips(clips: list[Clip], output: str, more_inputs: Iterable[Path] = ()
                 check_picture_path(suffix)
 
 
-def depth_of(path: Path, clips: list[Clip]) -> Source:
+def keeps_layers(clip: Clip) -> bool:
+    """Return True if a clip's outputs are OpenEXR files with the layers of its inputs."""
+    if not (isinstance(clip.sink, ToPictures) and clip.sink.keep_layers):
+        return False
+    files = [*inputs_of(clip.source), *(path for path, _ in outputs_of(clip))]
+    return isinstance(clip.source, Pictures) and all(map(is_exr, files))
+
+
+def depth_of(path: Path, clips: list[Clip], *, overscan: bool = False) -> Source:
     """Return the source of depth: one picture for all frames, or a sequence in step with them."""
     file, _ = split_layer(path)
-    return frames_beside(path, clips) if file.is_dir() or not os.path.lexists(file) or is_video(file) else Still(path)
+    if file.is_dir() or not os.path.lexists(file) or is_video(file):
+        return frames_beside(path, clips, overscan=overscan)
+    return Still(path, overscan=overscan)
 
 
-def frames_beside(path: Path, clips: list[Clip], raw: Raw | None = None) -> Source:
+def frames_beside(path: Path, clips: list[Clip], raw: Raw | None = None, *, overscan: bool = False) -> Source:
     """Return the source of frames in step with those of the only clip."""
     text = os.fspath(path)
     if len(clips) != 1 and not is_video(path):
         raise InputError(f"{text}: goes with one sequence, and there are {len(clips)} inputs; run them apart")
     if text != STREAM:
-        return open_source(path)
+        source = open_source(path)
+        if isinstance(source, Pictures):
+            source.overscan = overscan
+        return source
     if isinstance(clips[0].source, Pipe):
         raise InputError("-: standard input is INPUT already; give another one of the two by a file")
     return Pipe(sys.stdin.buffer, raw)

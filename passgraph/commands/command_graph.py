@@ -78,20 +78,23 @@ def subject(ctx: click.Context) -> Job:
 
 def picture_job(
     effect: Effect, path: Path, depth: Path | None, linear: bool, parameters: dict[str, Any],
-    holds: HardwareDepth | None = None,
+    holds: HardwareDepth | None = None, *, overscan: bool = False,
 ) -> Job:  # fmt: skip
-    """Return the job of an effect on a picture file; ``holds`` is the encoding of ``depth`` from an engine's buffer."""
-    pictures = {"frame": load_frame(path, linear)}
+    """Return the job of an effect on a picture file.
+
+    ``holds`` is the encoding of ``depth`` from an engine's buffer; ``overscan`` as for `passgraph.load`.
+    """
+    pictures = {"frame": load_frame(path, linear, overscan=overscan)}
     if effect.takes == "picture+depth":
         if depth is None:
             raise InputError(f"effect {effect.name} needs --depth FILE: linear depth of each pixel of {path}")
-        pictures["depth"] = load_depth(depth)
+        pictures["depth"] = load_depth(depth, overscan=overscan)
         if pictures["depth"].shape[:2] != pictures["frame"].shape[:2]:
             sizes = [_size_text(pictures[name]) for name in ("depth", "frame")]
             raise InputError(f"{depth}: is {sizes[0]} pixels, and {path} is {sizes[1]}")
     elif depth is not None:
         raise InputError(f"effect {effect.name} takes no --depth")
-    return job_of_pictures(effect, pictures, linear, parameters, holds)
+    return job_of_pictures(effect, pictures, linear, parameters, holds, overscan=overscan)
 
 
 def job_of_pictures(
@@ -100,9 +103,11 @@ def job_of_pictures(
     linear: bool,
     parameters: dict[str, Any],
     holds: HardwareDepth | None = None,
+    *,
+    overscan: bool = False,
 ) -> Job:
     """Return the job of an effect on a picture "frame" and its "depth"; opaque pictures need no alpha handling."""
-    parameters, more_pictures = picture_parameters(effect, parameters)
+    parameters, more_pictures = picture_parameters(effect, parameters, overscan=overscan)
     if all(map(is_opaque, [pictures["frame"], *more_pictures.values()])):
         effect = effect.for_opaque()
     targets = [input_of("frame", pictures["frame"], linear)]
@@ -137,12 +142,14 @@ def pictures_beside(effect: Effect, parameters: dict[str, Any]) -> dict[str, Pat
     return {name: path for name, path in named.items() if isinstance(path, Path) and is_several(path)}
 
 
-def picture_parameters(effect: Effect, parameters: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+def picture_parameters(
+    effect: Effect, parameters: dict[str, Any], *, overscan: bool = False
+) -> tuple[dict[str, Any], dict[str, Any]]:
     """Replace picture files among the parameters by graph inputs; return the parameters, and the pictures by name."""
     replaced, given = dict(parameters), dict[str, Any]()
     for parameter in effect.parameters:
         if parameter.type == "picture" and parameters.get(parameter.name) is not None:
-            given[parameter.name] = load(parameters[parameter.name])
+            given[parameter.name] = load(parameters[parameter.name], overscan=overscan)
             replaced[parameter.name] = input_of(parameter.name, given[parameter.name])
     return replaced, given
 
@@ -220,9 +227,9 @@ def in_bytes(outputs: dict[str, Target]) -> dict[str, Target]:
     return converted
 
 
-def load_frame(path: Path, linear: bool) -> NDArray[Any]:
+def load_frame(path: Path, linear: bool, *, overscan: bool = False) -> NDArray[Any]:
     """Load a picture in its file's dtype; as float32 if it must be decoded and no sRGB format exists for it."""
-    return as_frame(load_stored(path, linear=linear), linear)
+    return as_frame(load_stored(path, linear=linear, overscan=overscan), linear)
 
 
 def as_frame(picture: NDArray[Any], linear: bool) -> NDArray[Any]:
@@ -232,9 +239,9 @@ def as_frame(picture: NDArray[Any], linear: bool) -> NDArray[Any]:
     return as_program_input(picture, InputSpec("frame", srgb=True), linear)
 
 
-def load_depth(path: Path) -> NDArray[np.float32]:
+def load_depth(path: Path, *, overscan: bool = False) -> NDArray[np.float32]:
     """Load linear depth, (height, width, 1)."""
-    return load(path)[:, :, :1]
+    return load(path, overscan=overscan)[:, :, :1]
 
 
 def is_opaque(picture: NDArray[Any]) -> bool:

@@ -15,6 +15,7 @@ from passgraph.commands.command_graph import as_distance, effect_output, in_byte
 from passgraph.commands.parameter_options import Changing
 from passgraph.commands.running import RunOptions, frame_progress, program_of
 from passgraph.commands.sound import audio_picture
+from passgraph.commands.written_files import tell_of_lost_layers
 from passgraph.effects.effect_table import Effect
 from passgraph.errors import InputError, on_one_line
 from passgraph.files.film import Film
@@ -23,7 +24,7 @@ from passgraph.files.frame import Frame, Outcome, Source, Stored, Summary
 from passgraph.files.pipe import Pipe, ToPipe
 from passgraph.files.remote import connected
 from passgraph.files.run import frames
-from passgraph.files.sequences import Pictures
+from passgraph.files.sequences import Pictures, ToPictures
 from passgraph.files.stored import with_channels
 from passgraph.graph.targets import OPEN_SRGB, Input, Target, named_outputs
 from passgraph.pictures import scaled
@@ -187,6 +188,8 @@ def _run_clip(
             if not is_one_of_many:
                 raise
             summary = Summary(stopped=str(error))
+    if isinstance(clip.sink, ToPictures):
+        tell_of_lost_layers(clip.sink.without_layers)
     if summary.stopped:
         _complain(summary.stopped)
     _say(clip, summary_line(name, summary, program.backend.name))

@@ -16,10 +16,16 @@ from numpy.typing import NDArray
 
 from passgraph.commands.command_graph import Job, in_bytes
 from passgraph.commands.options import check_computes
-from passgraph.commands.written_files import FLOAT_SUFFIXES, check_folder, check_picture_path
+from passgraph.commands.written_files import (
+    FLOAT_SUFFIXES,
+    check_bits,
+    check_folder,
+    check_picture_path,
+    tell_of_lost_layers,
+)
 from passgraph.errors import InputError
 from passgraph.language.native import Math
-from passgraph.pictures import check_holds_bits, metadata_of, save, viewable
+from passgraph.pictures import fits_layers, in_layer, metadata_of, save, viewable
 from passgraph.plan.data import Options, Step
 from passgraph.quantise import integers_of
 from passgraph.run.caller_arrays import room_of
@@ -127,8 +133,7 @@ def check_one_picture(capture: Path | None, profile: bool, why: str) -> None:
 def check_outputs(output: Path, capture: Path | None, bits: int = 8) -> None:
     """Raise InputError for outputs that cannot be written, before anything is computed."""
     check_picture_path(output)
-    if bits == 16:
-        check_holds_bits(output, 16)
+    check_bits(output, bits)
     if capture is not None:
         check_folder(capture)
 
@@ -154,6 +159,16 @@ class RunOptions:
     def from_options(cls, options: Mapping[str, Any]) -> Self:
         """Take the options of a command line."""
         return cls(**{field.name: options[field.name] for field in fields(cls) if field.name in options})
+
+
+@dataclass(frozen=True)
+class Layers:
+    """How layers of OpenEXR files are written."""
+
+    #: The layer that a result becomes.
+    into: str | None = None
+    #: Keep the other layers of the source.
+    kept: bool = False
 
 
 def program_of(
@@ -184,11 +199,12 @@ def run_and_save(
     bits: int = 8,
     like: Path | None = None,
     color: ColorSpace | Recoded | None = None,
+    layers: Layers | None = None,
 ) -> None:
     """Run a job once and write its first output.
 
     ``bits``: 8 or 16 a channel, for formats that have both. ``like``: the source picture file, whose metadata is kept.
-    ``color``: the color space of the output, if it is not the source's.
+    ``color``: the color space of the output, if it is not the source's. ``layers``: those of an OpenEXR file.
     """
     observer = None if run.capture is None else Capture(run.capture)
     # Values that are not finite are reported for formats that cannot store them, which needs float results.
@@ -208,9 +224,15 @@ def run_and_save(
         say(f"writing {output}")
         is_whole = array.dtype.kind == "u" or output.suffix.lower() in FLOAT_SUFFIXES
         stored = array if is_whole else integers_of(array, np.dtype(f"u{bits // 8}"), str(output))
-        is_half = bits == 16 and output.suffix.lower() in FLOAT_SUFFIXES
+        float_bits = bits if bits > 8 and output.suffix.lower() in FLOAT_SUFFIXES else None
         kept = None if like is None else metadata_of(like)
-        save(output, stored, like=kept, bits=16 if is_half else None, color=color)
+        layers = layers or Layers()
+        layers_of = like if layers.kept else None
+        if layers_of is not None and not fits_layers(stored, layers_of):
+            tell_of_lost_layers([output])
+            layers_of = None
+        named = in_layer(output, layers.into)
+        save(named, stored, like=kept, bits=float_bits, color=color, layers_of=layers_of)
     height, width = array.shape[:2]
     looking = " (with capture)" if observer is not None else ""
     click.echo(

@@ -18,7 +18,7 @@ from passgraph.files.film import LEAST_RATE, MOST_RATE
 from passgraph.files.names import Pattern, has_wildcard, is_film, is_video, unread_files
 from passgraph.files.sequences import source_metadata
 from passgraph.image_formats import NO_TAGS, WRITABLE, unstated
-from passgraph.pictures import format_of_suffix, holds_several, split_layer
+from passgraph.pictures import check_holds_bits, format_of_suffix, holds_several, split_layer
 from passgraph.writing import NewFile
 
 if TYPE_CHECKING:
@@ -105,6 +105,24 @@ def tell_of_lost_space(path: Path, space: ColorSpace | Recoded | None, source: S
         loss = unstated(format_of_suffix(path), space)
     if loss:
         click.echo(f"passgraph: warning: {path}: {loss}", err=True)
+
+
+def tell_of_lost_layers(paths: list[Path]) -> None:
+    """Warn about OpenEXR files without the layers of their inputs, which have another size."""
+    if paths:
+        more = f", as {len(paths) - 1} more have" if len(paths) > 1 else ""
+        click.echo(
+            f"passgraph: warning: {min(paths)}: has another size than its input{more}; other layers are left out",
+            err=True,
+        )
+
+
+def check_bits(path: Path, bits: int) -> None:
+    """Raise InputError for bits a channel that a format of pictures does not hold."""
+    if bits > 8:
+        check_holds_bits(path, bits)
+    if bits == 32 and path.suffix.lower() not in FLOAT_SUFFIXES:
+        raise InputError(f"{path}: --bits 32 is for floats ({' '.join(FLOAT_SUFFIXES)}); give 8 or 16, or write those")
 
 
 def check_picture_path(path: Path) -> None:

@@ -13,7 +13,7 @@ import os
 from collections.abc import Iterator, Mapping
 from concurrent.futures import CancelledError
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from threading import Lock
 from typing import Any
 
@@ -181,7 +181,9 @@ class RemoteRun(Run):
         if not isinstance(source, Pictures) or frame.number not in source.paths:
             return frame.pixels(linear=self.linear)
         named = Named.from_path(source.paths[frame.number])
-        return named or frame.pixels(linear=self.linear)  # raises the error of a missing file
+        if named is None:
+            return frame.pixels(linear=self.linear)  # raises the error of a missing file
+        return replace(named, overscan=source.overscan)
 
     def _output_file(self, frame: Frame) -> Any:
         """Return the picture file that a worker may write, since encoding is most of the work; None for other sinks."""
@@ -192,7 +194,12 @@ class RemoteRun(Run):
         path = os.path.abspath(self.sink.path(frame))
         folder = inode(os.path.dirname(path))
         dtype = self.sink.stores(frame, (1, 1)).str  # does not depend on the size for picture files
-        return None if folder is None else OutputFile(path, folder, dtype, frame.name, self.sink.notes(frame))
+        if folder is None:
+            return None
+        settings = self.sink.settings(frame)
+        if settings["layers_of"] is not None:
+            settings["layers_of"] = os.path.abspath(settings["layers_of"])
+        return OutputFile(path, folder, dtype, frame.name, self.sink.layer, settings)
 
     def _prepare(self, item: Any) -> Any:
         return None if isinstance(item.result, self._written) else super()._prepare(item)

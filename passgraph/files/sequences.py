@@ -22,8 +22,11 @@ from passgraph.image_formats import WRITABLE, Metadata
 from passgraph.pictures import (
     check_holds_bits,
     fewer_bits,
+    fits_layers,
     format_of_suffix,
+    in_layer,
     is_deep,
+    is_exr,
     load_stored,
     metadata_of,
     save,
@@ -38,16 +41,22 @@ class Pictures:
     """A source that reads picture files, in any format that `passgraph.load` reads.
 
     ``paths`` are files in order, or a mapping from the frame's number to its file, as `Pattern.files` returns. A path
-    may name a layer of an OpenEXR file: ``shot.exr:diffuse``.
+    may name a layer of an OpenEXR file: ``shot.exr:diffuse``. ``overscan`` is as for `passgraph.load`.
 
     >>> [frame.number for frame in Pictures(["a.png", "b.png"])]
     [1, 2]
     """
 
-    def __init__(self, paths: Iterable[str | os.PathLike[str]] | Mapping[int, Path], name: str | None = None) -> None:
+    def __init__(
+        self,
+        paths: Iterable[str | os.PathLike[str]] | Mapping[int, Path],
+        name: str | None = None,
+        *,
+        overscan: bool = False,
+    ) -> None:
         numbered = paths if isinstance(paths, Mapping) else dict(enumerate(map(Path, paths), 1))
         self.paths: dict[int, Path] = dict(numbered)
-        self._name = name
+        self._name, self.overscan = name, overscan
 
     @property
     def name(self) -> str:
@@ -71,9 +80,9 @@ class Pictures:
         return not all(metadata_of(path).opaque for path in dict.fromkeys(self.paths.values()))
 
     def __iter__(self) -> Iterator[Frame]:
+        load = partial(load_stored, overscan=self.overscan)
         for number, path in self.paths.items():
-            light = partial(load_stored, path, linear=True)
-            yield Frame(number, os.fspath(path), partial(load_stored, path), read_light=light)
+            yield Frame(number, os.fspath(path), partial(load, path), read_light=partial(load, path, linear=True))
 
 
 class Repeated(Pictures):
@@ -88,8 +97,8 @@ class Repeated(Pictures):
         super().__init__(dict.fromkeys(range(1, frames + 1), Path(path)), os.fspath(path))
 
     def __iter__(self) -> Iterator[Frame]:
-        read = cache(load_stored)
-        light = cache(partial(load_stored, linear=True))
+        read = cache(partial(load_stored, overscan=self.overscan))
+        light = cache(partial(load_stored, overscan=self.overscan, linear=True))
         for number, path in self.paths.items():
             yield Frame(number, self.name, partial(read, path), read_light=partial(light, path))
 
@@ -100,9 +109,11 @@ class ToPictures(Sink):
     Parameters
     ----------
     paths : the files by the frames' numbers, or a `Pattern`
-    bits : 8, or 16 for .png and .tif. By default as the source: 16 if its picture file has 16, or its video more than
-        8, with a warning if the format holds only 8.
+    bits : 8, or 16 for .png and .tif; 16 or 32 for .exr. By default as the source: 16 if its picture file has 16, or
+        its video more than 8, with a warning if the format holds only 8.
     color : the color space of the results, as for `passgraph.save`; by default the source's color tags are kept
+    keep_layers : keep the other layers and parts of a frame that is an OpenEXR file, as for `passgraph.save`
+    layer : the layer that results become in .exr files
 
     Integer formats hold rounded results; .exr and .npy hold the floats. Frames of `Pictures` keep their color tags,
     resolution and EXIF.
@@ -115,11 +126,17 @@ class ToPictures(Sink):
         paths: Mapping[int, Path] | Pattern,
         bits: int | None = None,
         color: ColorSpace | Recoded | str | None = None,
+        *,
+        keep_layers: bool = False,
+        layer: str | None = None,
     ) -> None:
-        if bits not in (None, 8, 16):
-            raise InputError(f"bits of pictures are 8 or 16, got {arguments.shown(bits)}")
+        if bits not in (None, 8, 16, 32):
+            raise InputError(f"bits of pictures are 8 or 16, and 32 of floats, got {arguments.shown(bits)}")
         self.paths, self.bits = paths, bits
         self.color = ColorSpace(color, color) if isinstance(color, str) else color
+        self.keep_layers, self.layer = keep_layers, layer
+        #: Outputs without the layers of their source, since they have another size.
+        self.without_layers: list[Path] = []
         self._inputs: Mapping[int, Path] = {}
         self._deep = False
         self._source: Source | None = None
@@ -142,8 +159,8 @@ class ToPictures(Sink):
             warnings.warn(loss, stacklevel=2)
         for path in self._named:
             format_of_suffix(path)
-            if self.bits == 16:
-                check_holds_bits(path, 16)
+            if self.bits is not None and self.bits > 8:
+                check_holds_bits(path, self.bits)
 
     @property
     def _named(self) -> list[Path]:
@@ -180,9 +197,21 @@ class ToPictures(Sink):
         return np.dtype(np.uint16 if bits == 16 else kind.dtypes[0])
 
     def prepare(self, frame: Frame, picture: Stored) -> None:
+        path, settings = self.path(frame), self.settings(frame)
+        if settings["layers_of"] is not None and not fits_layers(picture, settings["layers_of"]):
+            settings["layers_of"] = None
+            self.without_layers.append(path)
+        save(in_layer(path, self.layer), picture, **settings)
+
+    def settings(self, frame: Frame) -> dict[str, Any]:
+        """Return the further arguments of `passgraph.save` for a frame."""
         path = self.path(frame)
         bits = self.bits if format_of_suffix(path).is_float else None
-        save(path, picture, like=self.notes(frame), bits=bits)
+        return {"like": self.notes(frame), "bits": bits, "layers_of": self._layers_of(path, frame.number)}
+
+    def _layers_of(self, path: Path, number: int) -> Path | None:
+        source = self._inputs.get(number) if self.keep_layers else None
+        return source if source is not None and is_exr(path) and is_exr(source) else None
 
 
 def result_metadata(frame: Frame, source: Source | None, color: ColorSpace | Recoded | None) -> Metadata | None:
@@ -238,11 +267,14 @@ class Still:
     endless = True
     count = None
 
-    def __init__(self, picture: str | os.PathLike[str] | Stored) -> None:
-        is_array = isinstance(picture, np.ndarray)
-        self.name = "a still picture" if is_array else os.fspath(picture)  # type: ignore[arg-type]
-        self._picture: Stored = picture if is_array else load_stored(Path(picture))  # type: ignore[assignment, arg-type]
-        self._light = (lambda: self._picture) if is_array else cache(partial(load_stored, Path(picture), linear=True))  # type: ignore[arg-type]
+    def __init__(self, picture: str | os.PathLike[str] | Stored, *, overscan: bool = False) -> None:
+        self.name = "a still picture" if isinstance(picture, np.ndarray) else os.fspath(picture)
+        if isinstance(picture, np.ndarray):
+            self._picture: Stored = picture
+            self._light: Callable[[], Stored] = lambda: self._picture
+            return
+        load = partial(load_stored, Path(picture), overscan=overscan)
+        self._picture, self._light = load(), cache(partial(load, linear=True))
 
     def __iter__(self) -> Iterator[Frame]:
         for number in count(1):

@@ -7,7 +7,7 @@ import os
 from collections import OrderedDict
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from threading import Lock
 from typing import Any, Protocol, TypeVar, cast
@@ -18,8 +18,7 @@ from distributed.diagnostics.plugin import WorkerPlugin
 
 from passgraph.files.frame import Stored
 from passgraph.files.stored import as_program_input, stored
-from passgraph.image_formats import Metadata
-from passgraph.pictures import load_stored, save, split_layer
+from passgraph.pictures import in_layer, load_stored, save, split_layer
 from passgraph.plan.data import Options
 from passgraph.run.compile import compile
 from passgraph.run.program import Program
@@ -96,11 +95,12 @@ def identity(value: Any) -> Any:
 
 @dataclass(frozen=True)
 class Named:
-    """A file as the caller sees it: its size and modification time."""
+    """A file as the caller sees it: its size and modification time; and how it is read, see `passgraph.load`."""
 
     path: str
     size: int
     modified: int
+    overscan: bool = False
 
     @staticmethod
     def from_path(path: str | os.PathLike[str]) -> Named | None:
@@ -118,22 +118,23 @@ class Named:
     @property
     def is_here(self) -> bool:
         """True if this worker sees the same file as the caller (same size and modification time)."""
-        return Named.from_path(self.path) == self
+        return Named.from_path(self.path) == replace(self, overscan=False)
 
 
 @dataclass(frozen=True)
 class OutputFile:
     """A picture file that a worker writes as `passgraph.files.sequences.ToPictures.prepare` does.
 
-    ``folder`` is the inode number of its folder, ``frame`` the frame's name for errors, and ``notes`` the metadata
-    that it keeps of the source file.
+    ``folder`` is the inode number of its folder, ``frame`` the frame's name for errors, ``layer`` the layer of the
+    result, and ``settings`` are further arguments of `passgraph.save`.
     """
 
     path: str
     folder: int
     dtype: str
     frame: str
-    notes: Metadata | None = None
+    layer: str | None = None
+    settings: dict[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -161,7 +162,7 @@ def compute(
         if isinstance(picture, Named):
             if not picture.is_here:
                 return None
-            loaded[name] = load_stored(Path(picture.path), linear=linear)
+            loaded[name] = load_stored(Path(picture.path), linear=linear, overscan=picture.overscan)
         else:
             loaded[name] = picture
     digest, text = graph
@@ -174,7 +175,8 @@ def compute(
     if output_file is None or inode(os.path.dirname(output_file.path)) != output_file.folder:
         return sizes, result
     dtype = np.dtype(output_file.dtype)
-    save(output_file.path, stored(result, dtype, output_file.frame), like=output_file.notes)
+    path = in_layer(Path(output_file.path), output_file.layer)
+    save(path, stored(result, dtype, output_file.frame), **output_file.settings)
     return sizes, Written(result.shape)
 
 

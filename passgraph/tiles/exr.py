@@ -59,33 +59,13 @@ class ExrSource(Source):
 
     def _stored(self, part: Part) -> Numbers:
         """Return a part of the data window, in the file's coordinates."""
-        image, spec = self._image, self._image.spec
-        y0, y1 = _whole_blocks(part[:2], spec.y, spec.height, spec.tile_height or 1)
-        x0, x1 = _whole_blocks(part[2:], spec.x, spec.width, spec.tile_width or spec.width)
-        first, last = min(image.order), max(image.order) + 1
-        kind = "half" if image.dtype.itemsize == 2 else "float"
-        if spec.tile_width:
-            read: Any = image.input.read_tiles(image.subimage, 0, x0, x1, y0, y1, 0, 1, first, last, kind)
-        else:
-            read = image.input.read_scanlines(image.subimage, 0, y0, y1, 0, first, last, kind)
-        problem = error_of(image.input)
-        if read is None or problem:
-            raise image.corrupt(problem)
-        stored: Numbers = read.reshape(y1 - y0, x1 - x0, last - first)
-        return stored[part[0] - y0 : part[1] - y0, part[2] - x0 : part[3] - x0, [c - first for c in image.order]]
+        image = self._image
+        channels = range(min(image.order), max(image.order) + 1)
+        stored = image.read_part(part, channels, "half" if image.dtype.itemsize == 2 else "float")
+        return stored[:, :, [channel - channels.start for channel in image.order]]
 
     def close(self) -> None:
         self._opened.close()
-
-
-def _whole_blocks(span: tuple[int, int], begin: int, length: int, block: int) -> tuple[int, int]:
-    """Return a span widened to whole blocks, which begin at ``begin``.
-
-    >>> _whole_blocks((5, 9), 1, 20, 4), _whole_blocks((18, 19), 1, 20, 4)
-    ((5, 9), (17, 21))
-    """
-    first, last = (span[0] - begin) // block * block, -(-(span[1] - begin) // block) * block
-    return begin + first, begin + min(last, length)
 
 
 class ExrSink:
