@@ -49,7 +49,8 @@ from passgraph.commands.options import (
 )
 from passgraph.commands.parameter_options import Changing, FramesOption, check_no_ramps
 from passgraph.commands.running import Layers, RunOptions, check_one_picture, check_outputs, run_and_save
-from passgraph.commands.sound import audio_options, audio_picture, keeps_time, open_audio, split_sound
+from passgraph.commands.sound import audio_options, keeps_time, open_audio, split_sound
+from passgraph.commands.warm_up import warm_up_option, warmed_job
 from passgraph.commands.written_files import (
     STREAM,
     check_apart,
@@ -204,6 +205,7 @@ def command_of(effect: Effect) -> click.Command:
     @bits_option
     @video_options
     @frames_option("one picture")
+    @warm_up_option
     @click.option("--sound/--no-sound", default=True, show_default=True, help="Copy a video's sound and subtitles.")
     @capture_option
     @non_finite_option
@@ -249,7 +251,7 @@ def apply_effect(
         if options["scheduler"] is not None:
             raise InputError("--scheduler is for many frames; one picture is computed here: leave it out")
         return apply_to_one(effect, sources, Path(output), parameters, options)
-    check_one_picture(options["capture"], options["profile"], "there are several frames here")
+    check_one_picture(options["capture"], options["profile"], "there are several frames here", options["warm_up"])
     return apply_to_many(effect, sources, output, parameters, options)
 
 
@@ -263,6 +265,7 @@ def generator_command(effect: Effect) -> click.Command:
     @math_option
     @size_option(RENDER_SIZE)
     @frames_option("it")
+    @warm_up_option
     @bits_option
     @video_options
     @capture_option
@@ -291,7 +294,7 @@ def generate(
             f"--size {size[0]}x{size[1]}"
         )
     if options["frames"] is not None or (sound is not None and is_film(output)):
-        check_one_picture(capture, options["profile"], "--frames makes several pictures")
+        check_one_picture(capture, options["profile"], "--frames makes several pictures", options["warm_up"])
         sources = FrameSources((), options["frames"], size, audio=sound)
         return apply_to_many(effect, sources, str(output), parameters, options)
     check_no_ramps(effect, parameters)
@@ -300,9 +303,9 @@ def generate(
     check_no_video(options["rate"], options["codec"], options["codec_option"])
     bits = options["bits"] or 8
     check_outputs(output, capture, bits)
-    job = generator_job(effect, None, size, parameters)
-    if sound is not None:
-        job.given["audio"] = audio_picture(sound, effect, parameters, 0)
+    job = warmed_job(
+        effect, parameters, options["warm_up"], sound, lambda given: generator_job(effect, None, size, given)
+    )
     run_and_save(job, output, RunOptions.from_options(options), bits)
     return 0
 
@@ -324,9 +327,12 @@ def apply_to_one(
         return 0
     tell_of_several([picture])
     keeps = options["keep_layers"] and is_exr(picture) and is_exr(output)
-    job = picture_job(effect, picture, depth, options["linear"], parameters, read.depth_buffer, overscan=keeps)
-    if read.audio is not None:
-        job.given["audio"] = audio_picture(read.audio, effect, parameters, 0)
+    job = warmed_job(
+        effect, parameters, options["warm_up"], read.audio,
+        lambda given: picture_job(
+            effect, picture, depth, options["linear"], given, read.depth_buffer, overscan=keeps
+        ),
+    )  # fmt: skip
     layers = Layers(options["output_layer"], keeps)
     run_and_save(job, output, RunOptions.from_options(options), bits, picture, options["color"], layers)
     return 0

@@ -39,11 +39,23 @@ RENDER_SIZE = (1280, 720)
 
 @dataclass(frozen=True)
 class Job:
-    """A graph, its output's size, and the inputs and values of a run."""
+    """A graph, its output's size, and the inputs and values of a run.
+
+    Attributes
+    ----------
+    frames_before : runs before the one whose results are wanted, for a graph with history
+    at : what only one run is given, by its number from 0
+    """
 
     outputs: dict[str, Target]
     size: tuple[int, int]
     given: dict[str, Any] = field(default_factory=dict)
+    frames_before: int = 0
+    at: Callable[[int], Mapping[str, Any]] = lambda number: {}
+
+    def given_at(self, number: int) -> dict[str, Any]:
+        """Return the inputs and values of a run."""
+        return {**self.given, **self.at(number)}
 
     @property
     def holds_bytes(self) -> bool:

@@ -122,12 +122,14 @@ def file_name(name: str) -> str:
     return "".join(c if c.isascii() and (c.isalnum() or c in "_.-") else "_" for c in name)
 
 
-def check_one_picture(capture: Path | None, profile: bool, why: str) -> None:
+def check_one_picture(capture: Path | None, profile: bool, why: str, warm_up: int | None = None) -> None:
     """Raise InputError for options that need a single picture; ``why`` says why there are several."""
     if capture is not None:
         raise InputError(f"--capture shows the passes of one picture, and {why}; leave out one")
     if profile:
         raise InputError(f"--profile times the passes on one picture, and {why}; leave out one")
+    if warm_up is not None:
+        raise InputError(f"--warm-up runs frames before one picture, and {why}; leave out one")
 
 
 def check_outputs(output: Path, capture: Path | None, bits: int = 8) -> None:
@@ -220,7 +222,7 @@ def run_and_save(
             name = program.backend.name
             if run.profile:
                 say(f"timing each pass on {name}")
-                times = program.profile(**job.given)
+                times = program.profile(**job.given_at(job.frames_before))
         say(f"writing {output}")
         is_whole = array.dtype.kind == "u" or output.suffix.lower() in FLOAT_SUFFIXES
         stored = array if is_whole else integers_of(array, np.dtype(f"u{bits // 8}"), str(output))
@@ -250,7 +252,10 @@ def _output_of(
     """Run the program and return an output, after the device has finished."""
     say(f"running on {program.backend.name}")
     room = room_of(program.plan, program.settings()["results"], [wanted])
-    program.run(observer, into=room, **job.given)
+    for number in range(job.frames_before):
+        say(f"frame {number + 1} of the {job.frames_before} before it, on {program.backend.name}")
+        program.run(**job.given_at(number))
+    program.run(observer, into=room, **job.given_at(job.frames_before))
     program.finish()
     return room[wanted]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from heapq import heapify, heappop, heappush
 
 from passgraph.errors import GraphError
@@ -52,6 +52,11 @@ def passes_behind(outputs: list[Target]) -> list[Pass]:
             f"passes form a cycle: {_cycle(waits)}; read last frame's content with pg.previous() where it closes"
         )
     return sequence
+
+
+def read_history(outputs: Iterable[Target]) -> bool:
+    """Return True if a pass behind the outputs reads an earlier run's picture."""
+    return any(target.is_previous for node in passes_behind(list(outputs)) for target in node.reads)
 
 
 def _cycle(waits: Mapping[Pass, Collection[Pass]]) -> str:

@@ -14,7 +14,7 @@ from passgraph.formats import Format
 from passgraph.graph.run_values import FRAME_INDEX, sources_of
 from passgraph.graph.targets import InputSpec, Target
 from passgraph.plan.data import CountStep, Options, Plan
-from passgraph.plan.dependencies import inputs_behind, passes_behind
+from passgraph.plan.dependencies import inputs_behind, passes_behind, read_history
 from passgraph.run.caller_arrays import Admission, bound_to, given_room
 from passgraph.run.finite_checks import NonFinite, PassCheck
 from passgraph.run.result import Into, Observer, Result, Results
@@ -130,7 +130,7 @@ class Program:
     @cached_property
     def has_history(self) -> bool:
         """Return True if a pass reads last run's picture, so that the order of runs matters."""
-        return any(t.is_previous for node in passes_behind(list(self._outputs.values())) for t in node.reads)
+        return read_history(self._outputs.values())
 
     @cached_property
     def has_frame_index(self) -> bool:
