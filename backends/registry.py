@@ -16,18 +16,27 @@ BUILT_IN = {
     "reference": "passgraph.backends.reference:ReferenceBackend",
     "numpy": "passgraph.backends.numpy:NumpyBackend",
     "gl": "passgraph.backends.gl:GLBackend",
+    "gles": "passgraph.backends.gl.es:GLESBackend",
     "opencl": "passgraph.backends.opencl:OpenCLBackend",
     "webgpu": "passgraph.backends.webgpu:WebGPUBackend",
     "null": "passgraph.backends.null:NullBackend",
 }
+#: Backends that comparisons leave out unless they are named: the truth, one that computes nothing, and a second way to
+#: the driver of `gl`.
+_ON_REQUEST = ("reference", "null", "gles")
 #: Common other names of backends.
 _OTHER_NAMES = {"opengl": "gl", "glsl": "gl", "moderngl": "gl", "cl": "opencl", "pyopencl": "opencl", "cpu": "numpy",
-    "wgpu": "webgpu", "vulkan": "webgpu", "metal": "webgpu"}  # fmt: skip
+    "wgpu": "webgpu", "vulkan": "webgpu", "metal": "webgpu", "opengles": "gles", "angle": "gles"}  # fmt: skip
 
 
 def backend_names() -> list[str]:
     """Return the names of built-in backends, then of those from other packages."""
     return [*BUILT_IN, *sorted(set(_entry_points()) - set(BUILT_IN))]
+
+
+def compared_backends() -> list[str]:
+    """Return the names of the backends that are compared if none is named."""
+    return [name for name in backend_names() if name not in _ON_REQUEST]
 
 
 def _entry_points() -> dict[str, str]:

@@ -77,7 +77,8 @@ def test_names_that_are_loaded_later_are_listed() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "meant"), [("opengl", "gl"), ("glsl", "gl"), ("cl", "opencl"), ("wgpu", "webgpu"), ("cpu", "numpy")]
+    ("name", "meant"),
+    [("opengl", "gl"), ("glsl", "gl"), ("angle", "gles"), ("cl", "opencl"), ("wgpu", "webgpu"), ("cpu", "numpy")],
 )
 def test_a_backend_by_its_common_name_is_hinted_at(name: str, meant: str) -> None:
     frame = pg.kernel(source="def copy(c: Image) -> vec4: return c[0, 0]")(pg.Input("frame"))

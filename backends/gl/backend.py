@@ -50,10 +50,11 @@ class GLBackend(DriverBackend):
     previous one."""
 
     name: ClassVar[str] = "gl"
-    corner_px = SNAP_PX
+    #: How contexts are made.
+    contexts: ClassVar[type[OwnContext]] = OwnContext
 
     def __init__(self, device: str | None = None) -> None:
-        self._open(OwnContext(_number(device), self.turn))
+        self._open(self.contexts(_number(device, self.contexts), self.turn))
 
     def _open(self, context: Context) -> None:
         self.in_run = False
@@ -61,10 +62,11 @@ class GLBackend(DriverBackend):
         with self.context as gl:
             self.objects = Objects(gl)
             self.programs = Programs(self.objects)
+            self.corner_px = max(SNAP_PX, 2.0 ** -gl.integer(g.SUBPIXEL_BITS))
             self.max_size = gl.integer(g.MAX_TEXTURE_SIZE)
             self.max_viewport = gl.integer(g.MAX_VIEWPORT)
             self.limits = Limits(
-                f"gl ({gl.text(g.RENDERER)})",
+                f"{self.name} ({gl.text(g.RENDERER)})",
                 side=min(self.max_size, self.max_viewport),
                 images=gl.integer(g.MAX_TEXTURE_UNITS),
                 targets=min(gl.integer(g.MAX_DRAW_BUFFERS), gl.integer(g.MAX_COLOUR_ATTACHMENTS)),
@@ -72,7 +74,7 @@ class GLBackend(DriverBackend):
                 numbers=gl.integer(g.MAX_FRAGMENT_UNIFORMS) - OTHER_NUMBERS,
                 rounding=4,
                 varyings=gl.integer(g.MAX_VARYINGS),
-                filters=() if gl.has.is_es else tuple(WRAP_MODES),  # ES filters float32 only with an extension
+                filters=gl.has.filtered(WRAP_MODES),
                 native=GLSL_ACCURACY,
                 contracts=True,
                 trips=loop_trips(gl.text(g.RENDERER)),
@@ -89,9 +91,9 @@ class GLBackend(DriverBackend):
     @classmethod
     def devices(cls) -> list[DeviceInfo]:
         try:
-            return [DeviceInfo(*names) for names in device_names()]
+            return [DeviceInfo(*names) for names in device_names(cls.contexts)]
         except BackendError as error:
-            return [DeviceInfo("none", "OpenGL", "", missing=str(error))]
+            return [DeviceInfo("none", cls.contexts.api, "", missing=str(error))]
 
     def device_info(self) -> DeviceInfo:
         with self.context as gl:
@@ -113,7 +115,7 @@ class GLBackend(DriverBackend):
         what = f"a {format_.name} target of {width} x {height} ({gl_format_bytes(gl_format, size) / 2**20:.0f} MiB)"
         if max(size) > self.max_size:
             raise BackendError(
-                f"gl: {what} is too large: this device takes {self.max_size} pixels a side; "
+                f"{self.name}: {what} is too large: this device takes {self.max_size} pixels a side; "
                 "use a smaller size, or the numpy backend"
             )
         arguments = (gl_format.internal, width, height, 0, gl_format.external, gl_format.type, None)
@@ -139,7 +141,9 @@ class GLBackend(DriverBackend):
         gl.TexImage2D(g.PROXY_TEXTURE_2D, 0, *arguments)
         gl.GetTexLevelParameteriv(g.PROXY_TEXTURE_2D, 0, g.TEXTURE_WIDTH, ctypes.byref(accepted))
         if accepted.value != width:
-            raise BackendError(f"gl: this device has not enough memory for {what}; use a smaller size or format")
+            raise BackendError(
+                f"{self.name}: this device has not enough memory for {what}; use a smaller size or format"
+            )
 
     def _gl_format(self, format_: Format) -> GLFormat:
         """Return the GL format; three channels stay three if the driver can draw into them, which is optional."""
@@ -271,8 +275,12 @@ class GLBackend(DriverBackend):
         self, step: PixelStep, outputs: Sequence[Texture], images: Sequence[Texture], block: Block
     ) -> SentPass | None:
         textures = [*outputs, *images]
-        if placements_of(outputs, images) is not ALL_PLAIN or filtered_images(step.program):
-            return None  # pictures of a host, or samplers with border rules
+        if (
+            placements_of(outputs, images) is not ALL_PLAIN
+            or filtered_images(step.program)
+            or self.context.gl.has.is_es
+        ):
+            return None  # pictures of a host, samplers with border rules, or an API that moderngl lacks
         if any(texture.format.is_depth for texture in textures):
             return None
         dialect = self.programs.dialect
@@ -314,7 +322,7 @@ def gl_format_bytes(gl_format: GLFormat, size: tuple[int, int]) -> int:
     return int(gl_format.dtype.itemsize * gl_format.stored.channels * size[0] * size[1])
 
 
-def _number(device: str | None) -> int:
+def _number(device: str | None, kind: type[OwnContext]) -> int:
     """Return a device's number; names are looked up only for a part of one."""
     number = 0 if device is None else device_number(device)
-    return chosen_device(device, [name for name, *_ in device_names()], "OpenGL") if number is None else number
+    return chosen_device(device, [name for name, *_ in device_names(kind)], kind.api) if number is None else number

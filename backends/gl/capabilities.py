@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -145,6 +145,16 @@ class Capabilities:
             missing["f4"] = "GL_EXT_color_buffer_float"
         return missing
 
+    def filtered(self, rules: Iterable[str]) -> tuple[str, ...]:
+        """Return the border rules under which samplers filter float32, out of those that they have somewhere.
+
+        >>> Capabilities(True, (3, 1), frozenset({"GL_OES_texture_float_linear"})).filtered(["clamp", "zero"])
+        ('clamp',)
+        """
+        if not self.has(_FLOAT_FILTERING):
+            return ()
+        return tuple([rule for rule in rules if rule != "zero" or self.has(_BORDER_COLORS)])
+
     def blends(self, number: str) -> bool:
         """Return True if draws can blend into channels of this type."""
         return number != "f4" or self.has(_FLOAT_BLENDING)
@@ -153,10 +163,12 @@ class Capabilities:
 _SHORTS = Where((3, 3), None, {"GL_EXT_texture_norm16": ""})
 _HALVES = Where((3, 3), (3, 2), {"GL_EXT_color_buffer_float": "", "GL_EXT_color_buffer_half_float": ""})
 _FLOATS = Where((3, 3), (3, 2), {"GL_EXT_color_buffer_float": ""})
-_BUFFERS = Where((4, 3), None, {"GL_ARB_shader_storage_buffer_object": ""})
+_BUFFERS = Where((4, 3), (3, 1), {"GL_ARB_shader_storage_buffer_object": ""})
 _CONTEXT_FLAGS = Where((3, 3), (3, 2))
 _STENCIL_TEXTURING = Where((4, 3), (3, 1), {"GL_ARB_stencil_texturing": ""})
 _SEVERAL_SAMPLES = Where((3, 3), (3, 1))
+_FLOAT_FILTERING = Where((3, 3), None, {"GL_OES_texture_float_linear": ""})
+_BORDER_COLORS = Where((3, 3), (3, 2), {"GL_EXT_texture_border_clamp": "", "GL_OES_texture_border_clamp": ""})
 _FLOAT_BLENDING = Where((3, 3), None, {"GL_EXT_float_blend": ""})
 
 
@@ -210,7 +222,7 @@ def loop_trips(renderer: str) -> int:
 
 def on_processor(renderer: str) -> bool:
     """Return True for Mesa's rasterizers on the CPU."""
-    return renderer.startswith(("llvmpipe", "softpipe"))
+    return any(name in renderer for name in ("llvmpipe", "softpipe"))  # ANGLE names the device below it
 
 
 def version_of(text: str) -> tuple[bool, Version]:

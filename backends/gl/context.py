@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
 from types import TracebackType
-from typing import Any
+from typing import Any, ClassVar
 
 from passgraph.backends.gl import gl_functions as g
 from passgraph.backends.gl.gl_functions import Functions
@@ -67,8 +67,9 @@ def library(name: str) -> str | None:
 class Current:
     """Queries and changes the current context of the calling thread."""
 
-    def __init__(self) -> None:
-        path = library("EGL") if sys.platform.startswith("linux") else None
+    def __init__(self, path: str | None = None) -> None:
+        if path is None and sys.platform.startswith("linux"):
+            path = library("EGL")
         #: Without EGL nothing can be queried here.
         self.egl = None if path is None else Egl(ctypes.CDLL(path))
         self.glx: Glx | None = None
@@ -214,7 +215,7 @@ class Context:
 
     def check_open(self) -> None:
         if self.closed:
-            raise BackendError("this gl backend was closed; open another one")
+            raise BackendError(f"this {self.turn.name} backend was closed; open another one")
 
     def check_current(self) -> None:
         """Raise BackendError if the context cannot be entered."""
@@ -239,33 +240,46 @@ class Context:
 
 
 class OwnContext(Context):
-    """An off-screen context used by no other program."""
+    """An off-screen context used by no other program: here of desktop OpenGL, made by glcontext.
+
+    Attributes
+    ----------
+    api : what it is called in messages
+    most_devices : the most devices to look for; elsewhere than on Linux the system chooses one
+    """
+
+    api: ClassVar[str] = "OpenGL"
+    most_devices: ClassVar[int] = MAX_DEVICES if sys.platform.startswith("linux") else 1
 
     def __init__(self, index: int = 0, turn: Turn | None = None) -> None:
-        glcontext = _glcontext()
+        # One name for all: they share a driver, and none survives a fork.
         open_driver("gl")
         destroy_left()
         super().__init__(turn)
-        self.current = Current()
+        self.current = self._current_with(index)
         self._before: State | None = None
         before = self.current.state()
         self.current.change(before, None)
         try:
-            self.native = self._new_context(glcontext, index)
+            self.native = self._new_context(index)
             self._finalizer = weakref.finalize(self, destroy_later, self.native)
             self._finalizer.atexit = False
             self._state = self._own_state()
             if before is not None and before.has_context_of(self._state):
                 before = None  # its owner had destroyed it while it was current, and ours now has its address
-            self.gl = Functions(self.native.load_opengl_function)
+            self.gl = Functions(self.native.load_opengl_function, self.turn.name)
         finally:
             self.current.put_back(self.current.state(), before)
         # Loading OpenGL may have loaded GLX, which a host may then use.
         self.current.look_for_glx()
 
-    def _new_context(self, glcontext: Any, index: int) -> Any:
+    def _current_with(self, index: int) -> Current:
+        """Return what changes the current context of the device's library."""
+        return Current()
+
+    def _new_context(self, index: int) -> Any:
         """Return glcontext's object; the thread's rendering API stays as the host has set it."""
-        linux, egl = sys.platform.startswith("linux"), self.current.egl
+        glcontext, linux, egl = _glcontext(), sys.platform.startswith("linux"), self.current.egl
         api = egl.query_api() if egl is not None else 0
         try:
             with _making:
@@ -286,8 +300,8 @@ class OwnContext(Context):
         state = self.current.state()
         if self.current.egl is not None and (state is None or state.system != "egl"):
             raise BackendError(
-                "gl: the new context could not be made current; a context of the host program holds this thread. "
-                "Release it there around calls of passgraph, or call passgraph in a thread of its own"
+                f"{self.turn.name}: the new context could not be made current; a context of the host program holds "
+                "this thread. Release it there around calls of passgraph, or call passgraph in a thread of its own"
             )
         return state
 
@@ -314,12 +328,12 @@ class OwnContext(Context):
             destroy_now(self.native)
 
 
-def device_names() -> list[tuple[str, str, str]]:
+def device_names(kind: type[OwnContext] = OwnContext) -> list[tuple[str, str, str]]:
     """Renderer, vendor and version of each device, in the order of their numbers."""
     names: list[tuple[str, str, str]] = []
-    for index in range(MAX_DEVICES if sys.platform.startswith("linux") else 1):
+    for index in range(kind.most_devices):
         try:
-            context = OwnContext(index)
+            context = kind(index)
         except DeviceMissingError:
             if not names:
                 raise

@@ -1,7 +1,7 @@
 """Count bins (`passgraph.plan.data.CountStep`) with a compute shader, if the context has them.
 
 The invocations of a group walk through a row and count in a shared table; a pass then writes the tables' content.  The
-step's own program counts instead on OpenGL before 4.2, on OpenGL ES, and if the tables would be too large.
+step's own program counts instead on OpenGL before 4.2, on OpenGL ES before 3.1, and if the tables would be too large.
 """
 
 from __future__ import annotations

@@ -88,6 +88,9 @@ def sums_text(bins: int, output: Placement, dialect: Dialect) -> str:
 
 
 def counting_dialect(dialect: Dialect, is_core: bool, stage: str) -> Dialect:
-    """Return the same GLSL for a ``"compute"`` or ``"fragment"`` shader with buffers: 4.3, or 4.2 with extensions."""
+    """Return the same GLSL for a ``"compute"`` or ``"fragment"`` shader with buffers: 4.3, or 4.2 with extensions;
+    in OpenGL ES 3.1 or newer."""
+    if dialect.version.endswith("es"):
+        return replace(dialect, version=max(dialect.version, "#version 310 es"))
     extended = _COMPUTE if stage == "compute" else _BUFFERS
     return replace(dialect, version="#version 430 core" if is_core else extended)

@@ -63,8 +63,8 @@ OPTIONAL = {
     "BlendFuncSeparatei(uuuuu)  BlendEquationSeparatei(uuu)": Where(
         (4, 0), (3, 2), {"GL_ARB_draw_buffers_blend": "ARB", **_INDEXED}
     ),
-    "DispatchCompute(uuu)": Where((4, 3), None, {"GL_ARB_compute_shader": ""}),
-    "MemoryBarrier(u)": Where((4, 2), None, {"GL_ARB_shader_image_load_store": ""}),
+    "DispatchCompute(uuu)": Where((4, 3), (3, 1), {"GL_ARB_compute_shader": ""}),
+    "MemoryBarrier(u)": Where((4, 2), (3, 1), {"GL_ARB_shader_image_load_store": ""}),
     "GetFloati_v(uup)  ViewportIndexedf(uffff)": Where(
         (4, 1), None, {"GL_ARB_viewport_array": "", "GL_OES_viewport_array": "OES", "GL_NV_viewport_array": "NV"}
     ),
@@ -100,7 +100,7 @@ COMPILE_STATUS, LINK_STATUS, INFO_LOG_LENGTH = 0x8B81, 0x8B82, 0x8B84
 SHADER_STORAGE_BUFFER, SHADER_STORAGE_BARRIER, STREAM_DRAW = 0x90D2, 0x2000, 0x88E0
 VENDOR, RENDERER, VERSION = 0x1F00, 0x1F01, 0x1F02
 MAX_TEXTURE_SIZE, MAX_DRAW_BUFFERS, MAX_TEXTURE_UNITS = 0x0D33, 0x8824, 0x8872
-MAX_VIEWPORT, MAX_COLOUR_ATTACHMENTS = 0x0D3A, 0x8CDF
+MAX_VIEWPORT, MAX_COLOUR_ATTACHMENTS, SUBPIXEL_BITS = 0x0D3A, 0x8CDF, 0x0D50
 MAX_FRAGMENT_UNIFORMS, MAX_VERTEX_UNIFORMS, MAX_VARYINGS = 0x8B49, 0x8B4A, 0x8B4B
 
 
@@ -117,7 +117,9 @@ class Functions:
     #: The context's capabilities.
     has: Capabilities
 
-    def __init__(self, address_of: Callable[[str], int]) -> None:
+    def __init__(self, address_of: Callable[[str], int], backend: str = "gl") -> None:
+        #: The name with which messages begin.
+        self.backend = backend
         for entry in SIGNATURES.split():
             name, kind = _prototype(entry)
             address = address_of(f"gl{name}")
@@ -224,4 +226,4 @@ class Functions:
             what = ERRORS.get(error, hex(error))
             doing = doing if name is None else f"{doing} {name!r}"
             mend = "; use smaller or fewer targets" if error == OUT_OF_MEMORY else ""
-            raise BackendError(f"gl: {what} while {doing}{mend}")
+            raise BackendError(f"{self.backend}: {what} while {doing}{mend}")

@@ -185,7 +185,7 @@ class Programs:
             gl.LinkProgram(name)
             if not _status(gl.GetProgramiv, name, g.LINK_STATUS):
                 log = _log(gl.GetProgramiv, gl.GetProgramInfoLog, name)
-                raise BackendError(f"gl: the driver cannot link {kernel_names}: {log}")
+                raise BackendError(f"{gl.backend}: the driver cannot link {kernel_names}: {log}")
         except BackendError:
             self.objects.delete("Program", name)
             raise

@@ -242,7 +242,7 @@ def check_targets(gl: Functions, state: DrawState, formats: Sequence[Format], wh
     some = {b for b in blends if b is not None}
     if len(some) > 1 and gl.BlendFuncSeparatei is None:
         raise BackendError(
-            f"gl: {where} blends its targets in different ways, which takes OpenGL 4.0, OpenGL ES 3.2 or "
+            f"{gl.backend}: {where} blends its targets in different ways, which takes OpenGL 4.0, OpenGL ES 3.2 or "
             "GL_ARB_draw_buffers_blend, and this driver has none; use one blend for all, or several draws"
         )
     unlike = len(set(state.color_mask)) > 1
@@ -250,15 +250,15 @@ def check_targets(gl: Functions, state: DrawState, formats: Sequence[Format], wh
         unlike = unlike or None in blends or len({f.channels == 3 for f in formats}) > 1
     if unlike and gl.ColorMaski is None:
         raise BackendError(
-            f"gl: {where} masks or blends some of its targets and not the others (those of three channels count as "
-            "masked), which takes OpenGL ES 3.2 or GL_EXT_draw_buffers_indexed, and this driver has neither; treat all "
-            "alike, or use several draws"
+            f"{gl.backend}: {where} masks or blends some of its targets and not the others (those of three channels "
+            "count as masked), which takes OpenGL ES 3.2 or GL_EXT_draw_buffers_indexed, and this driver has neither; "
+            "treat all alike, or use several draws"
         )
     for blend, format_ in zip(blends, formats, strict=True):
         if blend is not None and not gl.has.blends(format_.number):
             raise BackendError(
-                f"gl: {where} blends into {format_.name}, which takes GL_EXT_float_blend, and this driver lacks it; "
-                f"give the target a format of 16 or 8 bits, such as {format_.name.replace('32', '16')}"
+                f"{gl.backend}: {where} blends into {format_.name}, which takes GL_EXT_float_blend, and this driver "
+                f"lacks it; give the target a format of 16 or 8 bits, such as {format_.name.replace('32', '16')}"
             )
 
 

@@ -257,7 +257,7 @@ class Objects:
         if status != g.FRAMEBUFFER_COMPLETE:
             self.delete("Framebuffer", name)
             formats = ", ".join(t.format.name for t in (*colours, *(() if depth is None else (depth,))))
-            raise BackendError(f"gl: this driver cannot draw into {formats} together (status {status:#x})")
+            raise BackendError(f"{gl.backend}: this driver cannot draw into {formats} together (status {status:#x})")
         return name
 
     def _foreign_framebuffer(self, colours: Sequence[Texture]) -> int:
@@ -277,7 +277,7 @@ class Objects:
         status = gl.CheckFramebufferStatus(g.FRAMEBUFFER)
         if status != g.FRAMEBUFFER_COMPLETE:
             formats = ", ".join(t.format.name for t in colours)
-            raise BackendError(f"gl: this driver cannot draw into the host's {formats} (status {status:#x})")
+            raise BackendError(f"{gl.backend}: this driver cannot draw into the host's {formats} (status {status:#x})")
         return self.for_foreign
 
     def _attach(self, colours: Sequence[Texture]) -> int:

@@ -175,6 +175,12 @@ class Egl:
         self.address = addresses(library, "eglGetProcAddress")
         self._library = library
 
+    def function(self, name: str, result: Any, *arguments: Any) -> Callable[..., Any]:
+        """Return a function of EGL, or of an extension that it has."""
+        with suppress(AttributeError):
+            return function(self._library, name, result, *arguments)
+        return ctypes.CFUNCTYPE(result, *arguments)(self.address(name))
+
     def state(self) -> State | None:
         context = self.context()
         if not context:

@@ -243,11 +243,11 @@ class InputType(SettingType):
 @contextmanager
 def opened(names: Sequence[str]) -> Iterator[list[Any]]:
     """Open the named backends, or all available ones."""
-    from passgraph.backends.registry import backend_names, open_backend
+    from passgraph.backends.registry import compared_backends, open_backend
 
     with ExitStack() as stack:
         backends = []
-        for name in names or [name for name in backend_names() if name not in ("reference", "null")]:
+        for name in names or compared_backends():
             try:
                 backends.append(stack.enter_context(open_backend(name)))
             except DeviceMissingError as error:

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from passgraph.arguments import function, one_of, real, several
 from passgraph.backends.base import Backend, Promises
-from passgraph.backends.registry import backend_names, open_backend
+from passgraph.backends.registry import compared_backends, open_backend
 from passgraph.errors import DeviceMissingError, InputError, PassgraphError
 from passgraph.graph.targets import Outputs, checked_size, named_outputs
 from passgraph.language.native import MATH, Math
@@ -98,7 +98,7 @@ def compare(
     limit = TimeLimit(most_seconds, lambda name, done, count: progress(f"bounds of {name}: {done / count:.0%}"))
     typed = cast("Math", one_of(math, "math of compare", MATH, InputError))
     passes = Passes(named_outputs(outputs), bounded, [inputs], limit, math=typed)
-    chosen = backends if backends is not None else [n for n in backend_names() if n not in ("reference", "null")]
+    chosen = backends if backends is not None else compared_backends()
     return compared(passes, chosen, progress, most_ambiguous)
 
 

@@ -235,7 +235,7 @@ def test_compare_lists_what_is_missing(capsys: pytest.CaptureFixture[str], monke
 
 def test_backends_lists_all(capsys: pytest.CaptureFixture[str]) -> None:
     out = well(capsys, "backends")
-    for name in ("reference", "numpy", "gl", "opencl", "webgpu", "webgpu:chromium", "null"):
+    for name in ("reference", "numpy", "gl", "gles", "opencl", "webgpu", "webgpu:chromium", "null"):
         assert name in out
 
 

@@ -23,7 +23,7 @@ from tests.conftest import require
 Picture = NDArray[Any]
 #: Backends, and ways that the machine of these tests does not take by itself: those of graphics processors, and OpenGL
 #: without compute shaders.
-WAYS = ("numpy", "opencl", "gl", "opencl in groups", "gl in groups", "gl without compute shaders", "webgpu")
+WAYS = ("numpy", "opencl", "gl", "gles", "opencl in groups", "gl in groups", "gl without compute shaders", "webgpu")
 
 
 @pytest.fixture(params=WAYS, scope="module")
