@@ -59,6 +59,7 @@ if TYPE_CHECKING:
     from passgraph.effects.lens.lens_flare import lens_flare
     from passgraph.effects.lens.light_streaks import light_streaks
     from passgraph.effects.lens.vignette import vignette
+    from passgraph.effects.pictures.cryptomatte import cryptomatte
     from passgraph.effects.planar_shadows.planar import Planar, planar, planar_passes
     from passgraph.effects.screen.contact_shadow import contact_shadow
     from passgraph.effects.screen.depth_of_field import depth_of_field
@@ -101,6 +102,7 @@ _MODULES = {
     "checked": "effect",
     "filters.blur": "depth_aware_blur gaussian_blur",
     "antialias.supersampled": "supersampled",
+    "pictures.cryptomatte": "cryptomatte",
     "planar_shadows.planar": "Planar planar planar_passes",
     "effect_table": "EFFECTS",
     "screen.shadowed": "shadowed",
@@ -167,6 +169,7 @@ __all__ = [
     "contact_passes",
     "contact_shadow",
     "crt",
+    "cryptomatte",
     "denoise",
     "depth_aware_blur",
     "depth_of_field",

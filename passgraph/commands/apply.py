@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.shell_completion import CompletionItem
 
+from passgraph.commands import mattes
 from passgraph.commands.clips import (
     Writing,
     check_clips,
@@ -21,6 +22,7 @@ from passgraph.commands.clips import (
     inputs_in_layer,
     inputs_of,
     keeps_layers,
+    keeps_of_named,
     sources_of,
 )
 from passgraph.commands.color_spaces import color_space_options, space_of_results, take_color_spaces
@@ -143,8 +145,12 @@ class _Effects(click.Group):
         for family, effects in by_family(EFFECTS[name] for name in self.list_commands(ctx)).items():
             with formatter.section(family):
                 formatter.write_dl([(effect.name, effect.summary) for effect in effects])
+        with formatter.section("Layers of OpenEXR files"):
+            formatter.write_dl([(mattes.NAME, mattes.SUMMARY)])
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name == mattes.NAME:
+            return matte_command()
         effect = named_effect(cmd_name)
         if effect.takes not in ("picture", "picture+depth", "nothing"):
             ctx.fail(f"effect {cmd_name!r} takes a {effect.takes}; use: passgraph render --effect {cmd_name}")
@@ -232,6 +238,21 @@ def command_of(effect: Effect) -> click.Command:
     return command
 
 
+def matte_command() -> click.Command:
+    """Return the subcommand that extracts mattes: an effect whose pictures are layers of its input."""
+    command = command_of(mattes.MatteEffect.of(1, ()))
+    own = {"layer", "linear", "color_config", "from_space", "to_space", "alpha"}
+    command.params = [*mattes.matte_options(), *(one for one in command.params if one.name not in own)]
+
+    def callback(inputs: tuple[str, ...], names: Any, picks: Any, which: str | None, **options: Any) -> int:
+        effect, layers, further = mattes.matte_of(inputs, names, picks, which)
+        options |= {"layer": None, "linear": False, "color_config": None, "from_space": None, "to_space": None}
+        return apply_effect(effect, further, inputs=layers, alpha=effect.alpha, **options)
+
+    command.callback = callback
+    return command
+
+
 def apply_effect(
     effect: Effect, parameters: dict[str, Any], /, inputs: tuple[str, ...], output: str, depth: Path | None = None,
     depth_buffer: HardwareDepth | None = None, audio: Path | None = None, **options: Any,
@@ -243,6 +264,7 @@ def apply_effect(
     if options["output_layer"] is not None and not is_exr(file):
         raise InputError(f"{output}: has no layers; give {output}, or an OpenEXR file (.exr)")
     inputs = inputs_in_layer(inputs, options.pop("layer"))
+    options["keep_layers"] &= keeps_of_named(inputs, output, options["output_layer"], told=effect.name != mattes.NAME)
     effect = take_color_spaces(effect, inputs, output, options)
     options["color"] = space_of_results(effect, parameters, inputs, output, options["linear"])
     sources = FrameSources(inputs, options["frames"], depth=depth, depth_buffer=depth_buffer, audio=sound)

@@ -334,6 +334,24 @@ def keeps_layers(clip: Clip) -> bool:
     return isinstance(clip.source, Pictures) and all(map(is_exr, files))
 
 
+def keeps_of_named(inputs: tuple[str, ...], output: str, layer: str | None, *, told: bool) -> bool:
+    """Return False for the result of a layer that gets no layer's name: it is no color among the input's layers.
+
+    ``told``: a warning says so.
+    """
+    named = [path for path in map(Path, inputs) if split_layer(path)[1] is not None and is_exr(path)]
+    if not named or layer is not None:
+        return True
+    if told and is_exr(Path(output)):
+        file, read = split_layer(named[0])
+        click.echo(
+            f"passgraph: warning: {output}: holds the result alone; to keep the layers of {file}, name that of the "
+            f"result: -o {output}:{read}",
+            err=True,
+        )
+    return False
+
+
 def depth_of(path: Path, clips: list[Clip], *, overscan: bool = False) -> Source:
     """Return the source of depth: one picture for all frames, or a sequence in step with them."""
     file, _ = split_layer(path)
