@@ -183,7 +183,8 @@ def test_every_text_ends_quickly(name: str) -> None:
     finally:
         counted.disable()
     assert len(message) < 3000
-    assert sum(entry.callcount for entry in counted.getstats()) < CALLS
+    # Built-in functions apart, whose code is a text: Python 3.14 counts them whatever Profile(builtins=False) says.
+    assert sum(entry.callcount for entry in counted.getstats() if not isinstance(entry.code, str)) < CALLS
     assert (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024 < MEGABYTES
 
 

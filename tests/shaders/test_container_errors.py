@@ -46,7 +46,7 @@ def written(folder: Path, header: Any, body: str = BODY) -> Path:
     [
         (BROKEN, TOLD),
         ('{"INPUTS": [', "the header is no JSON"),
-        ('{"A": ' + "[" * 100_000, "the header is no JSON: nested too deeply"),
+        ('{"A": ' + "[" * 1_000_000, "the header is no JSON: nested too deeply"),
         ('{"A": ' + "1" * 5000 + "}", "the header is no JSON: Exceeds the limit"),
         ('{"INPUTS": 3}', "INPUTS must be a list, got 3"),
         ('{"INPUTS": [3]}', "INPUTS[0] must be an object, got 3"),

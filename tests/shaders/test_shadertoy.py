@@ -209,7 +209,7 @@ def _first(key: str, value: object) -> dict[str, Any]:
     [
         ('{"renderpass": [', "is no JSON"),
         ('{"renderpass": ' + "1" * 5000 + "}", "is no JSON: Exceeds the limit"),
-        ('{"renderpass": ' + "[" * 100_000, "is no JSON: nested too deeply"),
+        ('{"renderpass": ' + "[" * 1_000_000, "is no JSON: nested too deeply"),
         (_first("inputs", [{"channel": 1.0, "ctype": "buffer"}]), "an input's channel is 0 to 3, got 1.0"),
         (_first("inputs", [{"channel": True, "ctype": "buffer"}]), "an input's channel is 0 to 3, got True"),
         ({"renderpass": 3}, "renderpass must be a list of at most 8 passes, got 3"),
