@@ -37,7 +37,7 @@ IntBlock = NDArray[np.int32]
 
 @dataclass(frozen=True)
 class Block:
-    """Parameters of one stage, packed by :func:`passgraph.language.uniform_layout.pack`."""
+    """Parameters of one stage, at the places of its program's `UniformSlot`."""
 
     floats: FloatBlock
     ints: IntBlock

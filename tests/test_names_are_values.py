@@ -20,11 +20,6 @@ ALLOWED = {
     "language/scope.py": "names of Python",
     "serialize/kernel_text.py": "names of Python",
     "backends/numpy/vector/lanes.py": "names of LLVM's intrinsics",
-    # Parameters of fused passes and fields of parameters, "p0/light.color"
-    "plan/fuse.py": "parameters",
-    "plan/work.py": "parameters",
-    "run/execution.py": "parameters",
-    "web/document.py": "parameters",
 }
 
 

@@ -148,9 +148,9 @@ class Stage:
     def __init__(self, program: ir.TypedKernel, scalar: ScalarProgram, facts: Facts) -> None:
         self.program, self.facts = program, facts
         self.domain = NumberDomain()
-        self.slots: dict[str, UniformSlot] = {slot.name: slot for slot in scalar.uniforms}
+        self.slots: dict[str, UniformSlot] = {str(slot.name): slot for slot in scalar.uniforms}
         #: Long array parameters, which are stored in pictures.
-        self.long = {name for name, _ in scalar.buffers}
+        self.long = {name for name, _, _ in scalar.buffers}
 
     def bind(self, block: Block, names: Sequence[str] = (), storages: Sequence[Storage] = ()) -> BoundStage:
         """Bind the parameters and pictures of one run."""

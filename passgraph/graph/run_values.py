@@ -137,7 +137,7 @@ def combine(function: Callable[..., object], *values: Value, by_value: bool = Fa
     return Derived(values, function, by_value)
 
 
-def sources_of(parameters: Mapping[str, object]) -> Iterator[Value]:
+def sources_of(parameters: Mapping[Any, object]) -> Iterator[Value]:
     """Yield the run values behind parameters; plain numbers have none."""
     for parameter in parameters.values():
         if isinstance(parameter, (Value, Derived)):
@@ -174,7 +174,7 @@ FRAME_INDEX = Value("frame_index", int)
 FILLED_IN = {value.name: value for value in (OUTPUT_SIZE, FRAME_INDEX)}
 
 
-def is_computed_from_size(parameters: Mapping[str, object]) -> bool:
+def is_computed_from_size(parameters: Mapping[Any, object]) -> bool:
     """Return True if a Python function computes one of these values from the output's size."""
     computed = [parameter for parameter in parameters.values() if isinstance(parameter, Derived)]
     return any(source is OUTPUT_SIZE for value in computed for source in value.sources)

@@ -11,6 +11,7 @@ from passgraph.language import scalar as s
 from passgraph.language.border_rules import BORDERS
 from passgraph.language.emitter import Emitter
 from passgraph.language.native import Accuracy
+from passgraph.language.parameter_name import ParameterName
 from passgraph.language.source import Span
 from passgraph.language.types import BOOL, INT, Array, Scalar, Type, component_count, element_of
 from passgraph.ranges import Range
@@ -62,11 +63,11 @@ class Facts:
 
 @dataclass(frozen=True)
 class Fused:
-    """A producer computed inside its consumer; its uniforms and images are named with ``prefix``."""
+    """A producer computed inside its consumer, which numbers its producers."""
 
     program: ir.TypedKernel
     facts: Facts
-    prefix: str
+    producer: int
     output: int
 
 
@@ -95,15 +96,15 @@ class Shared:
     def __init__(self, emitter: Emitter, by_table: bool = False) -> None:
         self.emitter = emitter
         self.by_table = by_table  # texels are decoded by a table, which is shorter and mostly slower than computing
-        self.slots: dict[str, s.UniformSlot] = {}
+        self.slots: dict[ParameterName, s.UniformSlot] = {}
         self.uses: dict[str, s.ImageUse] = {}
-        self.buffers: dict[str, Array] = {}
+        self.buffers: dict[str, tuple[ParameterName, Array]] = {}
         self.counts = {"float": 0, "int": 0}
-        self.fused: dict[str, list[list[s.Operand]]] = {}
+        self.fused: dict[int, list[list[s.Operand]]] = {}
         self.sources: list[Span] = []
         self.unrolled = 0  # instructions from unrolled loops so far
 
-    def slot(self, name: str, type_: Type, range_: Range | None) -> s.UniformSlot:
+    def slot(self, name: ParameterName, type_: Type, range_: Range | None) -> s.UniformSlot:
         if name not in self.slots:
             block = "float" if element_of(type_).name == "float" else "int"
             count = component_count(type_)
@@ -138,7 +139,7 @@ class Shared:
             tuple((n, t) for n, t in self.emitter.builtins.items() if n in builtins),
             (program.source, *self.sources),
             tuple((n, t, length) for n, (t, length) in self.emitter.arrays.items() if n in arrays),
-            tuple((n, t) for n, t in self.buffers.items() if n in read),
+            tuple((n, *part) for n, part in self.buffers.items() if n in read),
         )
 
     def _live_use(self, use: s.ImageUse, used: list[s.Instruction]) -> s.ImageUse:

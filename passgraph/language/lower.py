@@ -24,10 +24,11 @@ from passgraph.language.lower_arrays import Arrays
 from passgraph.language.lower_loops import Loops, leaves, most_work, names_assigned
 from passgraph.language.operations import OPERATIONS
 from passgraph.language.parameter_limits import bounds
+from passgraph.language.parameter_name import ParameterName, image_of
 from passgraph.language.parse import parse_kernel
 from passgraph.language.scope import host_numbers
 from passgraph.language.source import NOWHERE, Span, fail
-from passgraph.language.types import UINT, Array, Scalar, Type, component_count, element_of, held_as, plain_parts
+from passgraph.language.types import UINT, Array, Scalar, Type, component_count, element_of, held_as, parts_by_path
 
 
 class Elements:
@@ -50,25 +51,27 @@ class Elements:
         return [self._slot_entry(slot, s.Lit("int", slot.offset + i), element) for i in which]
 
     def _slot(self, uniform: ir.Uniform) -> s.UniformSlot:
-        self._check_declared(uniform)
-        name = self.lowering.prefix + uniform.name
-        return self.lowering.shared.slot(name, uniform.type, self.limits.get(uniform.name))
+        return self.lowering.shared.slot(self._declared_name(uniform), uniform.type, self.limits.get(uniform.name))
 
     @cached_property
-    def _declared(self) -> dict[str, Type]:
-        """Return the type of each plain part of the parameters."""
-        parameters = self.lowering.program.parameters
-        return dict(part for parameter in parameters for part in plain_parts(parameter.type, parameter.name))
+    def _declared(self) -> dict[str, tuple[ParameterName, Type]]:
+        """Return the name and type of each plain part of the parameters, by its dotted name."""
+        return {
+            ".".join((parameter.name, *path)): (ParameterName(parameter.name, path, self.lowering.producer), part)
+            for parameter in self.lowering.program.parameters
+            for path, part in parts_by_path(parameter.type)
+        }
 
-    def _check_declared(self, uniform: ir.Uniform) -> None:
-        """Raise KernelError if a parameter is read as another type than it is declared with, which hosts pack."""
-        declared = self._declared.get(uniform.name)
-        if declared != uniform.type:
+    def _declared_name(self, uniform: ir.Uniform) -> ParameterName:
+        """Return the name of a parameter; KernelError if it is read as another type than hosts pack."""
+        name, declared = self._declared.get(uniform.name, (None, None))
+        if name is None or declared != uniform.type:
             fail(
                 uniform.span,
                 f"parameter {uniform.name} is declared as {declared} and read as {uniform.type}; "
                 "this is a fault of passgraph: please report it with the text of the kernel",
             )
+        return name
 
     def _slot_entry(self, slot: s.UniformSlot, index: s.Operand, element: str) -> s.Operand:
         value = self.emitter.uniform(slot, index)
@@ -135,9 +138,9 @@ class Elements:
 
     def _buffer_entry(self, array: ir.Uniform, index: s.Operand) -> list[s.Operand]:
         """Return an entry of a long array; its index may be known."""
-        self._check_declared(array)
-        name, type_ = self.lowering.prefix + array.name, cast(Array, array.type)
-        self.lowering.shared.buffers[name] = type_
+        parameter, type_ = self._declared_name(array), cast(Array, array.type)
+        name = str(parameter)
+        self.lowering.shared.buffers[name] = parameter, type_
         self.lowering.shared.uses.setdefault(name, s.ImageUse(name, layout_of(type_).channels))
         return lower_arrays.entry(self.emitter, array, name, index)
 
@@ -200,7 +203,7 @@ def _lower(program: ir.TypedKernel, facts: Facts) -> s.ScalarProgram:
 
 def _lowered(program: ir.TypedKernel, facts: Facts, by_table: bool = False) -> s.ScalarProgram:
     shared = Shared(Emitter(facts.simplify), by_table)
-    lowering = Lowering(program, facts, shared, prefix="")
+    lowering = Lowering(program, facts, shared)
     lowering.run()
     emitter = shared.emitter
     outputs = tuple(lowering.outputs())
@@ -240,10 +243,10 @@ class Lowering:
         program: ir.TypedKernel,
         facts: Facts,
         shared: Shared,
-        prefix: str,
+        producer: int | None = None,
         arguments: dict[str, list[s.Operand]] | None = None,
     ) -> None:
-        self.program, self.facts, self.shared, self.prefix = program, facts, shared, prefix
+        self.program, self.facts, self.shared, self.producer = program, facts, shared, producer
         self.emitter = shared.emitter
         self.arguments = arguments or {}
         self.locals: dict[str, list[s.Operand]] = {}
@@ -255,7 +258,7 @@ class Lowering:
         # explicit stack, as a chain may exceed Python's recursion limit.
         pending = self._producers()
         while pending:
-            producers = Lowering(pending[-1].program, pending[-1].facts, self.shared, pending[-1].prefix)._producers()
+            producers = Lowering(pending[-1].program, pending[-1].facts, self.shared, pending[-1].producer)._producers()
             if producers:
                 pending += producers
             else:
@@ -267,19 +270,19 @@ class Lowering:
     def _producers(self) -> list[Fused]:
         """Return the fused kernels that have not been computed yet, the last one first."""
         fused = [self._facts(image).fused for image in self.program.images]
-        missing = {f.prefix: f for f in fused if f is not None and f.prefix not in self.shared.fused}
+        missing = {f.producer: f for f in fused if f is not None and f.producer not in self.shared.fused}
         return list(missing.values())[::-1]
 
     def _facts(self, image: str) -> ImageFacts:
         return self.facts.images.get(image, ImageFacts())
 
     def _produce(self, fused: Fused) -> None:
-        if fused.prefix in self.shared.fused:  # done for another reader, since it was put on the stack
+        if fused.producer in self.shared.fused:  # done for another reader, since it was put on the stack
             return
-        producer = Lowering(fused.program, fused.facts, self.shared, fused.prefix)
+        producer = Lowering(fused.program, fused.facts, self.shared, fused.producer)
         self.emitter.begin_kernel(fused.facts.contracts)
         producer.block(producer.program.body)
-        self.shared.fused[fused.prefix] = [list(o.values) for o in producer.outputs()]
+        self.shared.fused[fused.producer] = [list(o.values) for o in producer.outputs()]
         self.shared.sources.append(fused.program.source)
 
     def outputs(self) -> list[s.Output]:
@@ -426,7 +429,7 @@ class Lowering:
         if known_size is not None:
             return [s.Lit("int", count) for count in known_size]
         self._use(expression.image)
-        return [self.emitter.builtin(name, "int") for name in size_names(self.prefix + expression.image)]
+        return [self.emitter.builtin(name, "int") for name in size_names(image_of(self.producer, expression.image))]
 
     def _property(self, expression: ir.Property) -> list[s.Operand]:
         value = self._facts(expression.image).property(expression.name)
@@ -487,7 +490,7 @@ class Lowering:
 
     def _use(self, image: str) -> None:
         """Record that an image is read; its footprint is computed after dead code elimination."""
-        name = self.prefix + image
+        name = image_of(self.producer, image)
         self.shared.uses.setdefault(name, s.ImageUse(name, self._facts(image).channels))
 
     def _texel(self, expression: ir.Texel) -> list[s.Operand]:
@@ -504,7 +507,7 @@ class Lowering:
                     "for offsets computed from data use image.texel(pixel() + offset)",
                 )
         self._use(expression.image)
-        name = self.prefix + expression.image
+        name = image_of(self.producer, expression.image)
         texel = self.emitter.texel(name, x, y, expression.relative, facts.border, facts.channels, expression.span)
         if facts.decode is not None:
             texel = [self._decoded(facts.decode, c) if i < min(3, facts.channels) else c for i, c in enumerate(texel)]
@@ -520,7 +523,7 @@ class Lowering:
         return e.table(e.table_name("float", entries), "float", entries, inside)
 
     def _filtered(self, expression: ir.Filtered) -> list[s.Operand]:
-        facts, name = self._facts(expression.image), self.prefix + expression.image
+        facts, name = self._facts(expression.image), image_of(self.producer, expression.image)
         if not facts.by_device or facts.fused is not None:
             return self.value(expression.value)
         self._use(expression.image)
@@ -529,7 +532,7 @@ class Lowering:
 
     def _fused(self, fused: Fused, decode: str | None) -> list[s.Operand]:
         """Return the producer's results for this pixel, quantized by its format, padded to four."""
-        values = self.shared.fused[fused.prefix][fused.output]
+        values = self.shared.fused[fused.producer][fused.output]
         if decode is not None:
             values = [self._decoded(decode, c) if i < 3 else c for i, c in enumerate(values)]
         missing = [s.Lit("float", v) for v in (0.0, 0.0, 0.0, 1.0)]
@@ -570,7 +573,7 @@ def _inlined(
 ) -> s.Operand:
     """Return the result of a prelude function."""
     bound = {p.name: [a] for p, a in zip(program.parameters, arguments, strict=True)}
-    inner = Lowering(program, Facts(simplify=simplify), shared, "", bound)
+    inner = Lowering(program, Facts(simplify=simplify), shared, arguments=bound)
     inner.run()
     return inner.value(program.results[0].value)[0]
 

@@ -14,6 +14,7 @@ from passgraph.language.builtin_name import BuiltinName
 from passgraph.language.data_pickle import DataPickle
 from passgraph.language.facts import Facts, ImageFacts, inner_first
 from passgraph.language.lower import lower
+from passgraph.language.parameter_name import ParameterName
 from passgraph.language.scope import freeze
 from passgraph.language.source import Span
 from passgraph.ranges import Range
@@ -127,7 +128,7 @@ def _with_digests(image: ImageFacts, digests: Mapping[int, str]) -> ImageFacts:
 MIN_INSTRUCTIONS = 16
 _PICKLE = DataPickle(
     (
-        scalar.Lit, scalar.Val, BuiltinName,
+        scalar.Lit, scalar.Val, BuiltinName, ParameterName,
         scalar.Op, scalar.Choose, scalar.LoadUniform, scalar.LoadTable, scalar.LoadBuiltin, scalar.LoadTexel,
         scalar.Read, scalar.Write, scalar.ReadAt, scalar.WriteAt,
         scalar.If, scalar.For, scalar.Break, scalar.Continue,

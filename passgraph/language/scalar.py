@@ -15,6 +15,7 @@ from typing import TypeAlias
 from passgraph.cached import cached_property
 from passgraph.language.builtin_name import BuiltinName, size_names
 from passgraph.language.meanings import int_of_bits
+from passgraph.language.parameter_name import ParameterName
 from passgraph.language.source import NOWHERE, Span
 from passgraph.language.types import UINT, Type, element_of, held_as
 from passgraph.ranges import Range
@@ -290,7 +291,7 @@ Instruction: TypeAlias = (
 class UniformSlot:
     """The position of a parameter in its block: ``count`` entries from ``offset``, in component order."""
 
-    name: str
+    name: ParameterName
     type: object  # a Scalar, Vector, Matrix or Array of passgraph.language.types
     block: str
     offset: int
@@ -351,8 +352,8 @@ class ScalarProgram:
     builtins: tuple[tuple[BuiltinName, str], ...]  # name, scalar type
     sources: tuple[Span, ...] = field(default=(), compare=False, repr=False)
     arrays: tuple[tuple[str, str, int], ...] = ()  # name, scalar type, length
-    #: Images that store long array parameters (:mod:`.long_arrays`): name, Array of passgraph.language.types.
-    buffers: tuple[tuple[str, object], ...] = ()
+    #: Images that store long array parameters (:mod:`.long_arrays`): name, parameter, Array of types.
+    buffers: tuple[tuple[str, ParameterName, object], ...] = ()
 
     @cached_property
     def key(self) -> str:

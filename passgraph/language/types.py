@@ -171,24 +171,29 @@ def is_plain(type_: Type) -> bool:
     return isinstance(entry, (Scalar, Vector, Matrix))
 
 
-def plain_parts(type_: Type, name: str = "") -> list[tuple[str, Type]]:
-    """Split a value into plain values, images and arrays of such, by dotted names.
+def parts_by_path(type_: Type, path: tuple[str, ...] = ()) -> list[tuple[tuple[str, ...], Type]]:
+    """Split a value into plain values, images and arrays of such, each with the fields that lead to it.
 
     An array of structs is one array for each field.
 
-    >>> [(name, str(part)) for name, part in plain_parts(Array(Struct("S", (("a", FLOAT), ("b", VEC2))), 3), "s")]
-    [('s.a', 'Array[float, 3]'), ('s.b', 'Array[vec2, 3]')]
+    >>> [(path, str(part)) for path, part in parts_by_path(Array(Struct("S", (("a", FLOAT), ("b", VEC2))), 3))]
+    [(('a',), 'Array[float, 3]'), (('b',), 'Array[vec2, 3]')]
     """
     if isinstance(type_, TupleType):
-        return [part for i, inner in enumerate(type_.members) for part in plain_parts(inner, f"{name}.{i}")]
+        return [part for i, inner in enumerate(type_.members) for part in parts_by_path(inner, (*path, str(i)))]
     if isinstance(type_, Struct):
-        return [part for field_name, inner in type_.fields for part in plain_parts(inner, f"{name}.{field_name}")]
+        return [part for field, inner in type_.fields for part in parts_by_path(inner, (*path, field))]
     if not isinstance(type_, Array):
-        return [(name, type_)]
+        return [(path, type_)]
     flat = flat_type(type_)
     if not isinstance(flat.element, Struct):
-        return [(name, flat)]
-    return [(path, flat_type(Array(part, flat.length))) for path, part in plain_parts(flat.element, name)]  # type: ignore[arg-type]
+        return [(path, flat)]
+    return [(inner, flat_type(Array(part, flat.length))) for inner, part in parts_by_path(flat.element, path)]  # type: ignore[arg-type]
+
+
+def plain_parts(type_: Type, name: str = "") -> list[tuple[str, Type]]:
+    """Return :func:`parts_by_path` by dotted names, such as ``light.color``."""
+    return [(".".join((name, *path)), part) for path, part in parts_by_path(type_)]
 
 
 def image_names(type_: Type, name: str) -> list[str]:

@@ -1,9 +1,9 @@
-"""Pack parameters into the blocks of floats and ints that passes read."""
+"""Check parameters, and put their numbers into the order in which passes read them."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,7 +17,6 @@ from passgraph.language.symbols import CONSTANTS, UINT_MAX
 from passgraph.language.types import Matrix, Type, component_count, element_of, innermost, shape_of
 
 if TYPE_CHECKING:
-    from passgraph.language.scalar import ScalarProgram
     from passgraph.ranges import Range
 
 
@@ -162,17 +161,6 @@ def _fully_checked(value: object, type_: Type, name: str) -> NDArray[np.float64]
         got = shown(value) if wide.size == 1 else f"{first:g}" if element == "float" else f"{first:.0f}"
         raise InputError(f"{name} must be {type_}, got {got}; {limits}")
     return np.where(wide > INT_MAX, wide - 2.0**32, wide) if element in ("int", "uint") else wide
-
-
-def pack(program: ScalarProgram, values: Mapping[str, object]) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
-    """Return the two blocks of a pass from values by slot name."""
-    floats = np.zeros(max(1, program.float_count), np.float32)
-    ints = np.zeros(max(1, program.int_count), np.int32)
-    for slot in program.uniforms:
-        block = floats if slot.block == "float" else ints
-        numbers = in_range(values[slot.name], slot.type, slot.range, slot.name)  # type: ignore[arg-type]
-        block[slot.offset : slot.offset + slot.count] = numbers
-    return floats, ints
 
 
 def in_range(value: object, type_: Type, limits: Range | None, name: str) -> NDArray[np.float64]:

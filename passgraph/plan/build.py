@@ -1,8 +1,8 @@
 """Build a plan from targets, phase by phase.
 
-collect → specialize → levels → cull, trim → fuse → order → lifetimes and memory → static → emit → limits.  The
-phases share one :class:`~passgraph.plan.work.Work`, and record their decisions in its ``notes``.  Its passes are frozen
-values, first `Sized` and then `Lowered`: a phase removes passes, and puts others in their place.  The plan is new.
+collect → specialize → levels → cull, trim → fuse → order → emit (static steps, lifetimes and memory) → limits.  Each
+phase takes the draft of the one before (:mod:`passgraph.plan.draft`) and returns a new one; drafts are frozen.  Their
+``notes`` record the decisions.  The last draft becomes the plan.
 """
 
 from __future__ import annotations
@@ -57,19 +57,16 @@ def build(
     """
     options = options or Options()
     limits = limits or Limits()
-    work = collect(outputs, size, inputs or {}, options, in_windows)
-    work.limits = limits
-    specialize(work)
-    if any(target.has_levels for node in work.passes for target in node.images.values()):
+    draft = specialize(collect(outputs, size, inputs or {}, in_windows), options, limits)
+    if any(target.has_levels for node in draft.passes for target in node.images.values()):
         from passgraph.plan.mipmaps import add_levels
 
-        add_levels(work)
-    cull(work)
-    while trim(work):
-        cull(work)
-    fuse(work, limits)
-    sequence = order(work)
-    plan = emit(work, sequence)
+        draft = add_levels(draft)
+    draft = cull(draft)
+    while (trimmed := trim(draft)) is not draft:
+        draft = cull(trimmed)
+    draft = fuse(draft)
+    plan = emit(draft, order(draft))
     if not in_windows:
         check(plan, limits)
     return plan

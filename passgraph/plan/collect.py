@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
@@ -10,19 +10,18 @@ from passgraph.errors import GraphError
 from passgraph.formats import Format, format_named
 from passgraph.graph.run_values import Value, sources_of
 from passgraph.graph.targets import InputSpec, Pass, Target, TargetSpec
-from passgraph.plan.data import Options
 from passgraph.plan.dependencies import inputs_of, passes_behind
-from passgraph.plan.sizes import find_sizes
-from passgraph.plan.work import Work
+from passgraph.plan.draft import Collected
+from passgraph.plan.sizes import Sizes
 
 
 def collect(
     outputs: Mapping[str, Target],
     size: tuple[int, int] | None,
     inputs: Mapping[str, tuple[Format, tuple[int, int]]],
-    options: Options,
     in_windows: bool = False,
-) -> Work:
+) -> Collected:
+    """Return the passes behind ``outputs``; arguments are those of :func:`passgraph.plan.build.build`."""
     if not outputs:
         raise GraphError("nothing to compile: give at least one target")
     for name, target in outputs.items():
@@ -31,13 +30,15 @@ def collect(
     bound = _bind_inputs(passes, inputs)
     _check_names(passes)
     _check_values(passes, bound)
-    work = Work(dict(outputs), size, options, bound, in_windows=in_windows)
-    find_sizes(passes, work)
+    sizes = Sizes(outputs, bound, size, in_windows)
+    sized = sizes.of_passes(passes)
     written = dict.fromkeys(spec for node in passes for spec in node.into)
-    work.notes += [note for spec in written for note in spec.notes]
-    work.final = _final_contents(passes)
-    _check_starts(work)
-    return work
+    final = _final_contents(passes)
+    _check_starts(final, sizes.found)
+    return Collected(
+        outputs=dict(outputs), size=sizes.of_output(), inputs=bound, passes=sized, sizes=sizes.found, final=final,
+        notes=tuple(note for spec in written for note in spec.notes),
+    )  # fmt: skip
 
 
 def _check_output(name: str, target: object) -> None:
@@ -111,10 +112,10 @@ def _final_contents(passes: list[Pass]) -> dict[TargetSpec, Target]:
     return final
 
 
-def _check_starts(work: Work) -> None:
+def _check_starts(specs: Iterable[TargetSpec], sizes: Mapping[TargetSpec, tuple[int, int]]) -> None:
     """Check that initial pictures of history are as large as their targets."""
-    for spec in work.final:
-        width, height = work.sizes[spec]
+    for spec in specs:
+        width, height = sizes[spec]
         if isinstance(spec.initial, np.ndarray) and spec.initial.shape[:2] != (height, width):
             initial_size = "x".join(map(str, reversed(spec.initial.shape[:2])))
             raise GraphError(

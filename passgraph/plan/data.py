@@ -18,6 +18,7 @@ from passgraph.graph.run_values import Value, values_by_name
 from passgraph.graph.targets import DrawPass, InputSpec, PixelPass
 from passgraph.language.builtin_name import BuiltinName
 from passgraph.language.native import MATH, Math
+from passgraph.language.parameter_name import ParameterName
 from passgraph.language.types import Array
 
 if TYPE_CHECKING:
@@ -109,7 +110,7 @@ class PixelStep:
     outputs: tuple[int, ...]
     output_formats: tuple[Format, ...]
     size: tuple[int, int]
-    values: Mapping[str, object]  # parameter (with the prefix of a fused pass) → number, Value or Derived
+    values: Mapping[ParameterName, object]  # whole parameter → number, Value or Derived
     source: PixelPass
     facts: Facts
     fused: tuple[str, ...] = ()  # names of passes computed inside this one
@@ -119,6 +120,11 @@ class PixelStep:
     def work(self) -> str:
         """Describe the step in a few words."""
         return "pixels" + (f" with {', '.join(self.fused)}" if self.fused else "")
+
+    @property
+    def programs(self) -> tuple[ScalarProgram, ...]:
+        """Return the programs, in the order of their images."""
+        return (self.program,)
 
     @property
     def reads(self) -> tuple[int, ...]:
@@ -158,7 +164,7 @@ class DrawStep:
     depth_clear: float | None  # None draws over it (stencil too)
     state: DrawState
     size: tuple[int, int]
-    values: Mapping[str, object]
+    values: Mapping[ParameterName, object]
     source: DrawPass
     vertex_facts: Facts
     fragment_facts: Facts
@@ -167,6 +173,11 @@ class DrawStep:
     @property
     def work(self) -> str:
         return f"draws {len(self.source.geometry.triangles)} triangles"
+
+    @property
+    def programs(self) -> tuple[ScalarProgram, ...]:
+        """Return the programs, in the order of their images."""
+        return (self.vertex,) if self.fragment is None else (self.vertex, self.fragment)
 
     @property
     def blending(self) -> tuple[ScalarProgram | None, ...]:
@@ -200,7 +211,8 @@ class CopyStep:
     outputs: tuple[int, ...]
     size: tuple[int, int]
     static: bool = False
-    values: Mapping[str, object] = field(default_factory=dict)
+    values: Mapping[ParameterName, object] = field(default_factory=dict)
+    programs: tuple[ScalarProgram, ...] = ()
 
     @property
     def work(self) -> str:

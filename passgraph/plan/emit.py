@@ -22,8 +22,8 @@ from passgraph.plan.data import (
     Step,
     lifetimes,
 )
+from passgraph.plan.draft import Draft, Lowered, LoweredDraw, LoweredPixels
 from passgraph.plan.order import Copies
-from passgraph.plan.work import Lowered, LoweredDraw, LoweredPixels, Work
 
 #: Most sharers of an allocation named in a note.
 MAX_NAMED = 16
@@ -34,8 +34,8 @@ _COUNTING = (FORMATS["r32f"],), (FORMATS["rgba32f"],)
 class Resources:
     """Resources by content; a draw over a content shares its resource."""
 
-    def __init__(self, work: Work) -> None:
-        self.work = work
+    def __init__(self, draft: Draft) -> None:
+        self.draft = draft
         self.list: list[Resource] = []
         self.by_content: dict[Target, int] = {}
 
@@ -44,7 +44,7 @@ class Resources:
         if isinstance(target.spec, InputSpec):
             kind = "buffer" if isinstance(target.spec, BufferSpec) else "input"
         initial = target.spec.initial if isinstance(target.spec, TargetSpec) else ()
-        format_, size = self.work.format_of(target), self.work.size_of(target)
+        format_, size = self.draft.format_of(target), self.draft.size_of(target)
         self.list.append(
             Resource(len(self.list), f"{target.when}{target.name}", format_, size, kind, -1, initial=initial)
         )
@@ -61,50 +61,58 @@ class Resources:
 
     def histories(self) -> dict[int, int]:
         """Map the contents of each target with history to the content of one run before, as far back as one is read."""
-        deepest = dict.fromkeys(self.work.final, 1)
-        for lowered in self.work.passes.values():
+        deepest = dict.fromkeys(self.draft.final, 1)
+        for lowered in self.draft.passes.values():
             for image in lowered.images.values():
                 if image.is_previous and isinstance(image.spec, TargetSpec):
                     deepest[image.spec] = max(deepest[image.spec], image.frames_ago)
         histories: dict[int, int] = {}
-        for spec, target in self.work.final.items():
+        for spec, target in self.draft.final.items():
             earlier = (Target(spec, frames_ago=number) for number in range(1, deepest[spec] + 1))
             histories |= {self.number_of(now): self.number_of(before) for now, before in pairwise((target, *earlier))}
         return histories
 
 
-def emit(work: Work, sequence: tuple[list[Pass], Copies]) -> Plan:
-    assert work.size is not None
+def emit(draft: Draft, sequence: tuple[list[Pass], Copies]) -> Plan:
+    """Return the plan that runs the passes of a draft in this order."""
     order, copies = sequence
-    resources = Resources(work)
+    resources = Resources(draft)
     steps: list[Step] = []
+    notes = list(draft.notes)
     for node in order:
-        _share_pictures(work.passes[node], resources, copies, steps)
-        steps.append(_step(node, work, resources))
-    outputs = {name: resources.number_of(target) for name, target in work.outputs.items()}
-    read = {spec: resources.number_of(Target(spec)) for spec in work.inputs if Target(spec) in resources.by_content}
+        _share_pictures(draft.passes[node], resources, copies, steps, notes)
+        steps.append(_step(draft.passes[node], resources))
+    outputs = {name: resources.number_of(target) for name, target in draft.outputs.items()}
+    read = {spec: resources.number_of(Target(spec)) for spec in draft.inputs if Target(spec) in resources.by_content}
     buffers = {resource: spec for spec, resource in read.items() if isinstance(spec, BufferSpec)}
     inputs = {spec.name: resource for spec, resource in read.items() if resource not in buffers}
     before = resources.histories()
-    steps, static = _mark_static(steps, resources.list, set(before), work)
+    static_inputs = frozenset(s.name for s in draft.inputs if s.static and not isinstance(s, BufferSpec))
+    if draft.options.static:
+        steps = _mark_static(steps, resources.list, set(before), static_inputs)
+    runs_once = [step for step in steps if step.static]
+    notes += [f"pass {step.name} depends on static inputs only: runs once" for step in runs_once]
+    static = {resource for step in runs_once for resource in step.writes}
     persistent = {*outputs.values(), *before, *before.values(), *read.values(), *_handed_on(steps, static)}
     listed = [replace(r, persistent=r.id in persistent, history=before.get(r.id)) for r in resources.list]
-    listed, memories = _memories(listed, steps, work)
+    listed, memories = _memories(listed, steps, draft.options.alias, notes)
     return Plan(
         tuple(steps),
         tuple(listed),
         tuple(memories),
         inputs,
         outputs,
-        work.size,
-        work.options,
-        tuple(work.notes),
-        frozenset(spec.name for spec in work.inputs if spec.static and not isinstance(spec, BufferSpec)),
+        draft.size,
+        draft.options,
+        tuple(notes),
+        static_inputs,
         buffers,
     )
 
 
-def _share_pictures(lowered: Lowered, resources: Resources, copies: Copies, steps: list[Step]) -> None:
+def _share_pictures(
+    lowered: Lowered, resources: Resources, copies: Copies, steps: list[Step], notes: list[str]
+) -> None:
     """Let a draw write over its target's picture, or over a copy if the old content is still needed."""
     node = lowered.node
     for new, load in _loads(lowered):
@@ -113,6 +121,7 @@ def _share_pictures(lowered: Lowered, resources: Resources, copies: Copies, step
         old = resources.number_of(load)
         if (load.content, node) in copies:
             fresh = resources.number_of(new)
+            notes.append(f"copied {load.name} before {lowered.name} draws over it: its content is still needed")
             steps.append(CopyStep(f"copy {load.name}", old, (fresh,), resources.list[old].size))
         else:
             resources.by_content[new] = old
@@ -129,8 +138,7 @@ def _loads(lowered: Lowered) -> list[tuple[Target, Target | None]]:
     return rows
 
 
-def _step(node: Pass, work: Work, resources: Resources) -> Step:
-    low = work.passes[node]
+def _step(low: Lowered, resources: Resources) -> Step:
     names = [use.name for program in low.programs for use in program.images]
     images = tuple((name, resources.number_of(low.images[name])) for name in names)
     outputs = tuple(map(resources.number_of, low.colours))
@@ -145,7 +153,7 @@ def _step(node: Pass, work: Work, resources: Resources) -> Step:
             low.fused,
         )  # fmt: skip
     assert isinstance(low, LoweredDraw) and isinstance(pass_, DrawPass)
-    depth = None if pass_.depth is None else resources.number_of(Target(pass_.depth, node, -1))
+    depth = None if pass_.depth is None else resources.number_of(Target(pass_.depth, low.node, -1))
     return DrawStep(
         low.name, low.vertex, low.fragment, low.varyings,
         images, resources.formats(r for _, r in images), outputs, resources.formats(outputs),
@@ -166,34 +174,23 @@ def _depth_clear(spec: TargetSpec) -> float:
 
 
 def _mark_static(
-    steps: list[Step], resources: list[Resource], with_history: set[int], work: Work
-) -> tuple[list[Step], set[int]]:
+    steps: list[Step], resources: list[Resource], with_history: set[int], static_inputs: frozenset[str]
+) -> list[Step]:
     """Mark the steps that run once: every source is static.
 
     A resource is not static if another step also writes it, or if a step of every run reads it before its last write:
     from the second run on, that step would read the final content.
     """
-    if not work.options.static:
-        return steps, set()
     # History changes its allocation at each run, so it must be written at each run.
     changing = with_history | {r.id for r in resources if r.kind == "history"}
-    still = {spec.name for spec in work.inputs if spec.static}
-    changing |= {r.id for r in resources if r.kind == "input" and r.name not in still}
+    changing |= {r.id for r in resources if r.kind == "input" and r.name not in static_inputs}
     for step in steps:
         if any(isinstance(v, (Value, Derived)) and not v.static for v in step.values.values()):
             changing.update(step.writes)
     changing = _spread(changing, steps)
     while overwritten := _read_before_last_write(changing, steps):
         changing = _spread(changing | overwritten, steps)
-    marked: list[Step] = []
-    static: set[int] = set()
-    for step in steps:
-        runs_once = not any(r in changing for r in step.writes)
-        marked.append(replace(step, static=runs_once))
-        if runs_once:
-            static.update(step.writes)
-            work.notes.append(f"pass {step.name} depends on static inputs only: runs once")
-    return marked, static
+    return [replace(step, static=not any(r in changing for r in step.writes)) for step in steps]
 
 
 def _read_before_last_write(changing: set[int], steps: list[Step]) -> set[int]:
@@ -242,7 +239,9 @@ class _Shared:
         return heappop(self.free) if self.free else None
 
 
-def _memories(resources: list[Resource], steps: list[Step], work: Work) -> tuple[list[Resource], list[Memory]]:
+def _memories(
+    resources: list[Resource], steps: list[Step], alias: bool, notes: list[str]
+) -> tuple[list[Resource], list[Memory]]:
     """Assign allocations: targets of one format and size share one if their lifetimes are disjoint."""
     spans = lifetimes(resources, steps)
     static_only = {r for step in steps if step.static for r in step.writes}
@@ -254,14 +253,14 @@ def _memories(resources: list[Resource], steps: list[Step], work: Work) -> tuple
     for resource in sorted(resources, key=lambda r: (spans[r.id][0], r.id)):
         memory = Memory(resource.format, resource.size)
         group = groups.setdefault((memory, resource.id in static_only), _Shared())
-        shareable = work.options.alias and not resource.persistent
+        shareable = alias and not resource.persistent
         slot = group.taken(spans[resource.id][0]) if shareable else None
         if slot is None:
             slot = len(memories)
             memories.append(memory)
             occupants.append([])
         else:
-            work.notes.append(f"target {resource.name} shares the memory of {_named(occupants[slot])}")
+            notes.append(f"target {resource.name} shares the memory of {_named(occupants[slot])}")
         if shareable:
             heappush(group.busy, (spans[resource.id][1], slot))
         occupants[slot].append(resource.name)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache
@@ -95,9 +95,9 @@ def check(plan: Plan, limits: Limits) -> None:
     for step in plan.steps:
         if isinstance(step, (PixelStep, DrawStep)):
             _check_bindings(step, limits)
-            for program in _programs(step):
-                _check_numbers(step, program, limits)
-                _check_trips(step, program, limits)
+        for program in step.programs:
+            _check_numbers(step, program, limits)
+            _check_trips(step, program, limits)
         if isinstance(step, DrawStep) and len(step.varyings) > limits.varyings:
             _refuse(
                 step,
@@ -131,13 +131,8 @@ def _check_picture(resource: Resource, writer: str | None, limits: Limits) -> No
             )
 
 
-def _programs(step: PixelStep | DrawStep) -> Iterable[ScalarProgram]:
-    programs = (step.program,) if isinstance(step, PixelStep) else (step.vertex, step.fragment)
-    return [program for program in programs if program is not None]
-
-
 def _check_bindings(step: PixelStep | DrawStep, limits: Limits) -> None:
-    images, targets = sum(len(program.images) for program in _programs(step)), len(step.outputs)
+    images, targets = sum(len(program.images) for program in step.programs), len(step.outputs)
     if images > limits.images:
         _refuse(step, f"reads {images} images", limits, limits.images, "split the kernel")
     if targets > limits.targets:

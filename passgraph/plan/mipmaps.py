@@ -12,11 +12,11 @@ from functools import cache
 
 from passgraph.formats import FORMATS, Format
 from passgraph.graph.calls import PixelKernel, kernel
-from passgraph.graph.targets import Absolute, Target, TargetSpec
+from passgraph.graph.targets import Absolute, Pass, Target, TargetSpec
 from passgraph.language.ir import MIPS
+from passgraph.plan.draft import Draft, Lowered, Sized
 from passgraph.plan.sizes import level_sizes
-from passgraph.plan.specialize import specialized
-from passgraph.plan.work import Lowered, Sized, Work
+from passgraph.plan.specialize import LongArrays, specialized
 
 #: A side of even length is halved by means of two texels; a side of odd length 2m + 1 by m means of three, with weights
 #: after Guthe and Heckbert, "Non-Power-of-Two Mipmapping" (NVIDIA, 2005).  A weight of 0 would turn an infinite
@@ -50,54 +50,64 @@ def first_row(height: int, level: int) -> int:
     return height - (height >> (level - 1)) + level - 1
 
 
-def add_levels(work: Work) -> None:
-    """Add the passes of every picture whose smaller levels are read to ``work``, each before the first reader."""
-    passes = list(work.passes.values())
-    work.passes.clear()
-    level_pictures: dict[Target, Target] = {}
-    for lowered in passes:
-        images = dict(lowered.images)
-        of_levels = {name + MIPS for name in lowered.node.images}
-        for name, target in lowered.images.items():
-            # With a single level, dead code may still refer to others.
-            if name in of_levels and target.has_levels and max(work.size_of(target)) > 1:
-                if target.content not in level_pictures:
-                    level_pictures[target.content] = _levels(target, work)
-                images[name] = level_pictures[target.content].border(target.border_rule)
-        _add(replace(lowered, images=images), work)
+def add_levels(draft: Draft) -> Draft:
+    """Return the draft with the passes of every picture whose smaller levels are read, before their first readers."""
+    return _Levels(draft).added()
 
 
-def _add(lowered: Lowered, work: Work) -> None:
-    work.passes[lowered.node] = replace(lowered, index=len(work.passes))
+class _Levels:
+    """The passes of a draft, and those of levels among them."""
 
+    def __init__(self, draft: Draft) -> None:
+        self.sizes = dict(draft.sizes)
+        self.draft = replace(draft, sizes=self.sizes)
+        self.passes: dict[Pass, Lowered] = {}
+        self.notes = list(draft.notes)
+        self.pictures: dict[Target, Target] = {}
 
-def _levels(target: Target, work: Work) -> Target:
-    """Return the picture of a content's levels, and add the passes that make it."""
-    sizes, smaller = level_sizes(work.size_of(target)), target.content
-    format_ = work.format_of(target)
-    format_ = FORMATS["r32f"] if format_.is_depth else format_
-    levels = []
-    for number, size in enumerate(sizes[1:], 1):
-        smaller = _pass(_halving(format_.channels), [smaller], f"{target.name} level {number}", format_, size, work)
-        levels.append(smaller)
-    work.notes.append(f"{len(levels)} smaller levels of {target.name} are computed, down to 1x1")
-    if len(levels) == 1:
-        return smaller
-    rows = [first_row(sizes[0][1], number) for number in range(1, len(sizes))]
-    size = sizes[1][0], rows[-1] + sizes[-1][1]
-    return _pass(_stacking(len(levels), format_.channels), levels, f"{target.name} levels", format_, size, work, rows)
+    def added(self) -> Draft:
+        for lowered in self.draft.passes.values():
+            images = dict(lowered.images)
+            of_levels = {name + MIPS for name in lowered.node.images}
+            for name, target in lowered.images.items():
+                # With a single level, dead code may still refer to others.
+                if name in of_levels and target.has_levels and max(self.draft.size_of(target)) > 1:
+                    if target.content not in self.pictures:
+                        self.pictures[target.content] = self._levels(target)
+                    images[name] = self.pictures[target.content].border(target.border_rule)
+            self._add(replace(lowered, images=images))
+        return replace(self.draft, passes=self.passes, notes=tuple(self.notes))
 
+    def _add(self, lowered: Lowered) -> None:
+        self.passes[lowered.node] = replace(lowered, index=len(self.passes))
 
-def _pass(
-    kernel: PixelKernel[Target], images: list[Target], name: str, format_: Format, size: tuple[int, int], work: Work,
-    *values: object,
-) -> Target:  # fmt: skip
-    spec = TargetSpec(name, format_, Absolute(*size))
-    target = kernel(*images, *values, into=spec, name=name)
-    work.sizes[spec] = size
-    assert target.made_by is not None
-    _add(specialized(Sized(target.made_by, size, 0), work), work)
-    return target
+    def _levels(self, target: Target) -> Target:
+        """Return the picture of a content's levels, and add the passes that make it."""
+        sizes, smaller = level_sizes(self.draft.size_of(target)), target.content
+        format_ = self.draft.format_of(target)
+        format_ = FORMATS["r32f"] if format_.is_depth else format_
+        levels = []
+        for number, size in enumerate(sizes[1:], 1):
+            smaller = self._pass(_halving(format_.channels), [smaller], f"{target.name} level {number}", format_, size)
+            levels.append(smaller)
+        self.notes.append(f"{len(levels)} smaller levels of {target.name} are computed, down to 1x1")
+        if len(levels) == 1:
+            return smaller
+        rows = [first_row(sizes[0][1], number) for number in range(1, len(sizes))]
+        size = sizes[1][0], rows[-1] + sizes[-1][1]
+        stacking = _stacking(len(levels), format_.channels)
+        return self._pass(stacking, levels, f"{target.name} levels", format_, size, rows)
+
+    def _pass(
+        self, kernel: PixelKernel[Target], images: list[Target], name: str, format_: Format, size: tuple[int, int],
+        *values: object,
+    ) -> Target:  # fmt: skip
+        spec = TargetSpec(name, format_, Absolute(*size))
+        target = kernel(*images, *values, into=spec, name=name)
+        self.sizes[spec] = size
+        assert target.made_by is not None
+        self._add(specialized(Sized(target.made_by, size, 0), self.draft, LongArrays(), self.notes))
+        return target
 
 
 @cache

@@ -9,66 +9,70 @@ from typing import TypeVar
 from passgraph.graph.targets import DrawPass, Pass, PixelPass, Target
 from passgraph.language.ir import TypedKernel
 from passgraph.language.kernel import Kernel
-from passgraph.language.lower_cache import lower_once
+from passgraph.language.lower_cache import Programs, lower_once
+from passgraph.plan.draft import Draft, Lowered, LoweredDraw, LoweredPixels
 from passgraph.plan.specialize import link, varyings_of
-from passgraph.plan.work import Lowered, LoweredDraw, LoweredPixels, Work
 
 
-def cull(work: Work) -> None:
+def cull(draft: Draft) -> Draft:
     """Keep the passes that an output or history still needs once unused images are known."""
-    if not work.options.cull:
-        return
+    if not draft.options.cull:
+        return draft
     needed: set[Pass] = set()
     still_read: set[object] = set()
-    pending = [t.made_by for t in work.outputs.values() if t.made_by is not None]
+    pending = [t.made_by for t in draft.outputs.values() if t.made_by is not None]
     while pending:
         node = pending.pop()
         if node in needed:
             continue
         needed.add(node)
-        lowered = work.passes[node]
+        lowered = draft.passes[node]
         # History that is read must be written in this run.
         history = [t.spec for t in lowered.images.values() if t.is_previous]
         still_read.update(history)
-        needs = [*lowered.reads, *(work.final[s] for s in history)]  # type: ignore[index]
+        needs = [*lowered.reads, *(draft.final[s] for s in history)]  # type: ignore[index]
         pending += [t.made_by for t in needs if t.made_by is not None]
-    for node in [n for n in work.passes if n not in needed]:
-        work.notes.append(f"left out pass {node.name}: nothing that reaches an output reads it")
-        del work.passes[node]
-    for spec in [s for s in work.final if s not in still_read]:
-        del work.final[spec]
+    left_out = (node.name for node in draft.passes if node not in needed)
+    return replace(
+        draft,
+        passes={node: lowered for node, lowered in draft.passes.items() if node in needed},
+        final={spec: target for spec, target in draft.final.items() if spec in still_read},
+        notes=(*draft.notes, *(f"left out pass {n}: nothing that reaches an output reads it" for n in left_out)),
+    )
 
 
 T = TypeVar("T")
 
 
-def trim(work: Work) -> bool:
-    """Drop unused targets of passes; return True if a pass lost one, and so may read less."""
-    if not work.options.cull:
-        return False
-    live = _live(work)
+def trim(draft: Draft) -> Draft:
+    """Drop unused targets of passes; return the draft itself if there are none.  Passes that lose one may read less."""
+    if not draft.options.cull:
+        return draft
+    live = _live(draft)
     # A pass without live targets is drawn over unread, and is dropped once the draws over it are trimmed.
     makers = {target.made_by for target in live}
-    changed = False
-    for node, lowered in [row for row in work.passes.items() if row[0] in makers]:
+    changed: dict[Pass, Lowered] = {}
+    notes: list[str] = []
+    for node, lowered in [row for row in draft.passes.items() if row[0] in makers]:
         dead = [target for target in lowered.colours if target not in live]
         live_slots = _kept(lowered, dead)
         if len(live_slots) < len(lowered.slots):
             names = ", ".join(target.name for target in dead)
-            work.notes.append(f"left out {names} of pass {lowered.name}: nothing that reaches an output reads it")
-            work.passes[node] = _with_targets(lowered, live_slots, work)
-            changed = True
-    return changed
+            notes.append(f"left out {names} of pass {lowered.name}: nothing that reaches an output reads it")
+            changed[node] = _with_targets(lowered, live_slots, draft.programs)
+    if not changed:
+        return draft
+    return replace(draft, passes={**draft.passes, **changed}, notes=(*draft.notes, *notes))
 
 
-def _live(work: Work) -> set[Target]:
+def _live(draft: Draft) -> set[Target]:
     """Return the contents that an output or the next run needs, each target of a pass separately."""
     live: set[Target] = set()
     seen: set[Pass] = set()
-    pending = [target.content for target in work.roots()]
+    pending = [target.content for target in draft.roots()]
     while pending:
         target = pending.pop()
-        lowered = work.passes.get(target.made_by) if target.made_by is not None else None
+        lowered = draft.passes.get(target.made_by) if target.made_by is not None else None
         if lowered is None or target in live:
             continue
         live.add(target)
@@ -92,27 +96,27 @@ def _kept(lowered: Lowered, dead: Sequence[Target]) -> list[int]:
     return live_slots or ([0] if discards else [])
 
 
-def _with_targets(lowered: Lowered, slots: Sequence[int], work: Work) -> Lowered:
+def _with_targets(lowered: Lowered, slots: Sequence[int], known: Programs) -> Lowered:
     """Return a pass that is lowered again with some of its color targets."""
     facts = replace(lowered.facts, stores=_chosen(lowered.facts.stores, slots))
     lowered = replace(lowered, facts=facts, slots=_chosen(lowered.slots, slots))
     if isinstance(lowered, LoweredDraw):
-        lowered = _draw_with(lowered, slots, work)
+        lowered = _draw_with(lowered, slots, known)
     elif isinstance(lowered, LoweredPixels):
-        lowered = _pixels_with(lowered, slots, work)
+        lowered = _pixels_with(lowered, slots, known)
     read = {use.name for program in lowered.programs for use in program.images}
     return replace(lowered, images={name: target for name, target in lowered.images.items() if name in read})
 
 
-def _pixels_with(lowered: LoweredPixels, slots: Sequence[int], work: Work) -> LoweredPixels:
+def _pixels_with(lowered: LoweredPixels, slots: Sequence[int], known: Programs) -> LoweredPixels:
     node = lowered.done
     assert isinstance(node, PixelPass)
     kernel = Kernel.of_program(_with_results(node.kernel.program, slots))
     done = replace(node, kernel=kernel, into=_chosen(node.into, slots))
-    return replace(lowered, done=done, program=lower_once(kernel.program, lowered.facts, work.programs))
+    return replace(lowered, done=done, program=lower_once(kernel.program, lowered.facts, known))
 
 
-def _draw_with(lowered: LoweredDraw, slots: Sequence[int], work: Work) -> LoweredDraw:
+def _draw_with(lowered: LoweredDraw, slots: Sequence[int], known: Programs) -> LoweredDraw:
     drawn = lowered.done
     assert isinstance(drawn, DrawPass)
     state = replace(
@@ -121,9 +125,9 @@ def _draw_with(lowered: LoweredDraw, slots: Sequence[int], work: Work) -> Lowere
     kernel = None
     if drawn.fragment is not None and slots:
         kernel = Kernel.of_program(_with_results(drawn.fragment.program, slots))
-    fragment = None if kernel is None else lower_once(kernel.program, lowered.facts, work.programs)
+    fragment = None if kernel is None else lower_once(kernel.program, lowered.facts, known)
     varyings = varyings_of(fragment)
-    vertex = link(lower_once(drawn.vertex.program, lowered.vertex_facts, work.programs), varyings)
+    vertex = link(lower_once(drawn.vertex.program, lowered.vertex_facts, known), varyings)
     into, loads = _chosen(drawn.into, slots), _chosen(drawn.loads, slots)
     done = replace(drawn, fragment=kernel, into=into, loads=loads, state=state)
     return replace(lowered, done=done, vertex=vertex, fragment=fragment, varyings=varyings)

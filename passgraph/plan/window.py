@@ -18,6 +18,7 @@ from passgraph.graph.targets import Blocks
 from passgraph.language import scalar as s
 from passgraph.language.borders import border_place
 from passgraph.language.builtin_name import OUTPUT_SIZE, PIXEL, size_names
+from passgraph.language.parameter_name import ParameterName
 from passgraph.language.types import IVEC4
 from passgraph.plan.data import PixelStep, Plan, Resource, Step
 
@@ -246,6 +247,7 @@ def windows(length: int, core: int, before: int, behind: int) -> Iterator[tuple[
 #: Position of the window and size of the picture: (x, y, width, height), in pixels.  No kernel parameter can have this
 #: name, as it is no identifier.
 WINDOW = Value("tile window", tuple)
+WINDOW_PARAMETER = ParameterName(WINDOW.name)
 
 
 def window_plan(plan: Plan, footprint: Footprint, size: tuple[int, int]) -> Plan:
@@ -274,7 +276,7 @@ def _step(step: Step, plan: Plan, inside: Collection[int], size: tuple[int, int]
     if not set(step.outputs) <= set(inside):
         return step
     program = placed(step.program, [name for name, resource in step.images if resource in inside])
-    values = step.values if program is step.program else {**step.values, WINDOW.name: WINDOW}
+    values = step.values if program is step.program else {**step.values, WINDOW_PARAMETER: WINDOW}
     return replace(step, program=program, values=values, size=size)
 
 
@@ -285,7 +287,7 @@ def placed(program: s.ScalarProgram, inside: Iterable[str]) -> s.ScalarProgram:
     entries |= {name: 2 + axis for size in sizes for axis, name in enumerate(size)}
     if not any(name in entries for name, _ in program.builtins):
         return program
-    slot = s.UniformSlot(WINDOW.name, IVEC4, "int", program.int_count, 4)
+    slot = s.UniformSlot(WINDOW_PARAMETER, IVEC4, "int", program.int_count, 4)
     walked = list(s.walk(program.body))
     defined = [*chain.from_iterable(map(s.results_of, walked)), *(i.index for i in walked if isinstance(i, s.For))]
     fresh = (s.Val("int", number) for number in count(max((value.id for value in defined), default=0) + 1))

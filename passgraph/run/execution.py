@@ -17,7 +17,8 @@ from passgraph.errors import BackendError, GraphError, InputError
 from passgraph.graph.draw_state import is_fixed
 from passgraph.graph.run_values import FRAME_INDEX, OUTPUT_SIZE, Derived, Value
 from passgraph.language.long_arrays import picture_of
-from passgraph.language.scalar import ScalarProgram, UniformSlot
+from passgraph.language.parameter_name import ParameterName
+from passgraph.language.scalar import ScalarProgram
 from passgraph.language.uniform_layout import in_range
 from passgraph.plan.chains import Chains
 from passgraph.plan.data import CopyStep, CountStep, DrawStep, PixelStep, Plan, Step
@@ -30,23 +31,16 @@ if TYPE_CHECKING:
     from passgraph.run.finite_checks import PassCheck
 
 
-def picked(value: object, fields: Sequence[str], key: str) -> object:
+def picked(value: object, fields: Sequence[str], name: object) -> object:
     """Return the nested field of a value; for a list, a list of each entry's field."""
     for i, field in enumerate(fields):
         # Lists have methods, such as count, that fields may be named like; a named tuple is a struct.
         if isinstance(value, (list, tuple)) and not hasattr(value, "_fields"):
-            return [picked(one, fields[i:], key) for one in value]
+            return [picked(one, fields[i:], name) for one in value]
         if not hasattr(value, field):
-            raise InputError(f"{key!r} needs a field {field!r}, which {type(value).__name__} lacks")
+            raise InputError(f"{str(name)!r} needs a field {field!r}, which {type(value).__name__} lacks")
         value = getattr(value, field)
     return value
-
-
-def parameter_of(slot: UniformSlot) -> tuple[str, list[str]]:
-    """Return the key of the parameter that a uniform holds, and the fields of its value that are stored."""
-    base, _, path = slot.name.rpartition("/")
-    parameter, *fields = path.split(".")
-    return f"{base}/{parameter}" if base else parameter, fields
 
 
 def resolve(handle: object, values: dict[Any, object]) -> object:
@@ -101,32 +95,33 @@ class Buffers:
             return True
         return isinstance(value, np.ndarray) and is_fixed(value)
 
-    def override(self, step: Step, key: str, value: object) -> None:
-        """Set a parameter of a step, by its name with the prefix of a fused pass."""
+    def override(self, step: Step, key: ParameterName, value: object) -> None:
+        """Set a parameter of a step."""
         mine = self._of(step, key)
         for other in self.plan.steps:
             names = [key] if other is step else []
             if any(resource in mine and parameter not in names for resource, parameter in self._used(other)):
                 raise GraphError(
-                    f"parameter {key!r} of pass {step.name!r} is one array with what pass {other.name!r} reads; give "
-                    "both a pg.Value, which each run brings, or two arrays"
+                    f"parameter {str(key)!r} of pass {step.name!r} is one array with what pass {other.name!r} reads; "
+                    "give both a pg.Value, which each run brings, or two arrays"
                 )
         for resource in mine:
             self.given[resource] = value
             self.written.pop(resource, None)
 
-    def _of(self, step: Step, key: str) -> set[int]:
+    def _of(self, step: Step, key: ParameterName) -> set[int]:
         return {resource for resource, parameter in self._used(step) if parameter == key}
 
-    def _used(self, step: Step) -> list[tuple[int, str]]:
+    def _used(self, step: Step) -> list[tuple[int, ParameterName]]:
         """Return the long arrays that a step reads, each with its parameter's name."""
-        if not isinstance(step, (PixelStep, DrawStep)):
-            return []
-        return [(resource, name.partition(".")[0]) for name, resource in step.images if resource in self.plan.buffers]
+        resources = {} if isinstance(step, CopyStep) else dict(step.images)
+        return [(resources[name], part.whole) for program in step.programs for name, part, _ in program.buffers]
 
 
 Picture = NDArray[np.float32]
 Execute: TypeAlias = Callable[[dict[Any, object]], None]
+#: Values of plain parameters that replace those of the graph, by the name of the step.
+Overrides: TypeAlias = Mapping[tuple[str, ParameterName], object]
 #: Runs a step that it is given, and measures the time.
 Timed: TypeAlias = Callable[[Step, Callable[[], None]], None]
 
@@ -143,7 +138,7 @@ class Execution:
         self.places = [resource.memory for resource in plan.resources]
         self._geometries: dict[int, Any] = {}
         self._empty = Block(np.zeros(1, np.float32), np.zeros(1, np.int32))
-        self._overrides: dict[tuple[str, str], object] = {}
+        self._overrides: dict[tuple[str, ParameterName], object] = {}
         self._uploaded: dict[str, object] = {}
         self._static_seen: dict[str, object] | None = None
         self._static_values = [name for name, handle in plan.values.items() if handle.static]
@@ -458,11 +453,10 @@ class Execution:
         steps = [s for s in self.plan.steps if s.name == step or (isinstance(s, PixelStep) and step in s.fused)]
         if not steps:
             raise GraphError(f"there is no pass {step!r}; there are {', '.join(s.name for s in self.plan.steps)}")
-        keys = [k for k in steps[0].values if k == name or k.endswith("/" + name)]
+        keys = [key for key in steps[0].values if name in (key.parameter, str(key))]
         if not keys:
-            raise GraphError(
-                f"pass {step!r} has no parameter {name!r} to set; it has {', '.join(steps[0].values) or 'none'}"
-            )
+            known = ", ".join(map(str, steps[0].values)) or "none"
+            raise GraphError(f"pass {step!r} has no parameter {name!r} to set; it has {known}")
         self._buffers.override(steps[0], keys[0], value)
         self._overrides[steps[0].name, keys[0]] = value
         self._static_seen = None
@@ -530,7 +524,7 @@ def _contents(value: object) -> object:
 class Uniforms:
     """The parameters of one stage: constants packed once, run values at each run."""
 
-    def __init__(self, program: ScalarProgram, step: Step, overrides: Mapping[tuple[str, str], object]) -> None:
+    def __init__(self, program: ScalarProgram, step: Step, overrides: Overrides) -> None:
         from passgraph.backends.base import Block
 
         self.step, self.overrides = step, overrides
@@ -540,7 +534,7 @@ class Uniforms:
         self.constant: list[Any] = []
         self.changing: list[Any] = []
         for slot in program.uniforms:
-            key, fields = parameter_of(slot)
+            key, fields = slot.name.whole, slot.name.path
             block = self.floats if slot.block == "float" else self.ints
             place = block[slot.offset : slot.offset + slot.count]
             entry = (key, fields, place, slot, f"{slot.name} of pass {step.name!r}")

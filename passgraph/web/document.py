@@ -20,6 +20,7 @@ from passgraph.formats import FORMATS, Format
 from passgraph.graph.draw_state import Geometry
 from passgraph.graph.run_values import FRAME_INDEX, OUTPUT_SIZE, Derived, Value, is_object_type
 from passgraph.language.long_arrays import picture_of
+from passgraph.language.parameter_name import ParameterName
 from passgraph.language.scalar import ScalarProgram, UniformSlot
 from passgraph.language.types import element_of
 from passgraph.plan.data import CopyStep, DrawStep, PixelStep, Plan, Resource, Step
@@ -186,7 +187,7 @@ class PlanWriter:
 
     # Parameters
 
-    def _constant(self, step: PixelStep | DrawStep, name: str) -> object:
+    def _constant(self, step: PixelStep | DrawStep, name: ParameterName) -> object:
         """Return a parameter of a step: its constant, or the run value that the page sets.
 
         Raises
@@ -202,7 +203,7 @@ class PlanWriter:
             return resolve(handle, self.constants)
         if isinstance(handle, Derived):
             raise InputError(
-                f"pass {step.name!r}: {name.rpartition('/')[2]!r} is computed by a Python function from the value "
+                f"pass {step.name!r}: {name.parameter!r} is computed by a Python function from the value "
                 f"{missing[0].name!r}, which a browser cannot call; give the export a number for {missing[0].name!r}"
             )
         if is_object_type(handle.type):

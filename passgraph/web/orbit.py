@@ -12,10 +12,11 @@ import numpy as np
 from passgraph.arguments import instance, whole_number
 from passgraph.errors import InputError
 from passgraph.graph.run_values import Derived, Value
+from passgraph.language.parameter_name import ParameterName
 from passgraph.language.scalar import UniformSlot
 from passgraph.language.uniform_layout import in_range
-from passgraph.plan.data import CopyStep, DrawStep, Plan
-from passgraph.run.execution import parameter_of, picked, resolve
+from passgraph.plan.data import Plan
+from passgraph.run.execution import picked, resolve
 from passgraph.scene.camera import HIGHEST_RAD, Camera, angles_of
 
 #: Angle between two elevations, and factor between two distances.
@@ -85,22 +86,18 @@ class PoseTable:
     def _parameters(self, plan: Plan, constants: Mapping[Any, object]) -> Iterator[tuple[Any, Any, Any, str]]:
         """Yield each parameter that depends on the camera: value, fields, uniform, and a name for errors."""
         for step in plan.steps:
-            if isinstance(step, CopyStep):
-                continue
-            drawn = (step.vertex, step.fragment) if isinstance(step, DrawStep) else (step.program,)
-            for slot in [slot for program in drawn if program is not None for slot in program.uniforms]:
-                key, fields = parameter_of(slot)
-                if self._is_posed(step.values[key], constants):
-                    yield step.values[key], fields, slot, f"{slot.name} of pass {step.name!r}"
+            for slot in [slot for program in step.programs for slot in program.uniforms]:
+                value = step.values[slot.name.whole]
+                if self._is_posed(value, constants):
+                    yield value, slot.name.path, slot, f"{slot.name} of pass {step.name!r}"
 
     def _is_posed(self, handle: object, constants: Mapping[Any, object]) -> bool:
         names = [one.name for one in handle.sources] if isinstance(handle, (Value, Derived)) else []
         return self.camera in names and all(name in constants for name in names)
 
-    def column(self, slot: UniformSlot, values: Mapping[str, object]) -> int | None:
+    def column(self, slot: UniformSlot, values: Mapping[ParameterName, object]) -> int | None:
         """Return the first column of a parameter; None for one that is the same in every pose."""
-        key, fields = parameter_of(slot)
-        return self.columns.get(_key(values[key], fields, slot))
+        return self.columns.get(_key(values[slot.name.whole], slot.name.path, slot))
 
     def described(self, file: str) -> dict[str, Any]:
         """Return the table's entry in effect.json."""

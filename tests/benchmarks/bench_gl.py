@@ -17,13 +17,12 @@ import moderngl
 import numpy as np
 
 import passgraph as pg
-from passgraph.backends.base import Block
 from passgraph.backends.gl import GLBackend
 from passgraph.backends.gl.textures import Texture
 from passgraph.formats import format_named
-from passgraph.language.uniform_layout import pack
 from passgraph.plan.build import build
 from passgraph.plan.data import PixelStep
+from passgraph.run.execution import Uniforms
 
 sys.path.insert(0, str(Path(__file__).parent))
 from harness import Ratio, interleaved, ratio_of
@@ -99,7 +98,7 @@ def ours(backend: GLBackend, source: str, weights: Any, image: Texture, target: 
     step = build({"out": output}, SIZE, {"color": (format_, SIZE)}, limits=backend.limits).steps[0]
     assert isinstance(step, PixelStep)
     run = backend.pixel_pass(step)
-    block = Block(*pack(step.program, {"weights": weights}))
+    block = Uniforms(step.program, step, {}).block
 
     def go() -> None:
         run([target], [image], block)

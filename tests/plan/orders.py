@@ -6,13 +6,13 @@ import numpy as np
 
 from passgraph.graph.targets import Pass
 from passgraph.plan.dependencies import topological_order
+from passgraph.plan.draft import Draft
 from passgraph.plan.order import Copies, dependencies
-from passgraph.plan.work import Work
 
 
-def shuffled(work: Work, seed: int) -> tuple[list[Pass], Copies]:
+def shuffled(draft: Draft, seed: int) -> tuple[list[Pass], Copies]:
     """A random topological order of the passes, in place of the one that needs least memory."""
-    waits, copies = dependencies(work)
+    waits, copies = dependencies(draft)
     place = dict(zip(waits, np.random.default_rng(seed).permutation(len(waits)), strict=True))
     return topological_order(waits, place), copies
 

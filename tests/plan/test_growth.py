@@ -18,6 +18,7 @@ from passgraph.backends.null import NullBackend
 from passgraph.graph.targets import Target
 from passgraph.language import lower_cache
 from passgraph.language.lower import Facts, Fused, ImageFacts, lower
+from passgraph.language.parameter_name import ParameterName
 from passgraph.plan.chains import MAX_STEPS, Chains
 from passgraph.plan.data import PixelStep
 from passgraph.plan.fuse import MAX_FUSED_INSTRUCTIONS
@@ -26,6 +27,7 @@ from tests.corners import placed
 pytestmark = pytest.mark.slow
 
 SIZE = (16, 12)
+BY = ParameterName("by")
 half = pg.kernel(source="def half(color: Image) -> vec4: return color[0, 0] * 0.5")
 gain = pg.kernel(source="def gain(color: Image, by: float) -> vec4: return sqrt(abs(color[0, 0])) * by")
 add = pg.kernel(source="def add(a: Image, b: Image) -> vec4: return a[0, 0] + b[0, 0]")
@@ -211,7 +213,7 @@ def test_a_thousand_producers_inside_each_other_are_lowered() -> None:
     """Fusion stops long before, but what it hands to the lowering is walked, not recursed into."""
     facts = Facts(images={"color": ImageFacts()})
     for number in range(1000):
-        facts = Facts(images={"color": ImageFacts(fused=Fused(half.program, facts, f"p{number}/", 0))})
+        facts = Facts(images={"color": ImageFacts(fused=Fused(half.program, facts, number, 0))})
     program = lower(half.program, facts)
     assert len(program.images) == 1
     assert sum(type(i).__name__ == "Op" for i in program.body) == 4004  # 4 channels of 1001 multiplications
@@ -245,8 +247,8 @@ def test_rows_that_are_alike_are_lowered_once(monkeypatch: pytest.MonkeyPatch) -
     assert len(steps) == 30
     assert len({step.program.key for step in steps}) == 1
     assert lowered.count("add") == 2  # by itself, and with what is fused into it
-    assert {tuple(step.values) for step in steps} == {("p0/by", "p1/by")}
-    assert [step.values["p0/by"] for step in steps] == list(map(float, range(30)))
+    assert {tuple(step.values) for step in steps} == {(BY.of(0), BY.of(1))}
+    assert [step.values[BY.of(0)] for step in steps] == list(map(float, range(30)))
 
 
 def test_chains_that_a_backend_is_asked_for_are_few_and_short() -> None:

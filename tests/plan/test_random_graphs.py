@@ -105,7 +105,7 @@ def test_every_order_of_passes_gives_the_same(backend_name: str, case: dict[str,
     with open_backend(backend_name) as backend, pytest.MonkeyPatch.context() as patch:
         expected = run_frames(outputs, backend, options)
         for way in range(3):
-            patch.setattr(passgraph.plan.build, "order", lambda work, way=way: shuffled(work, seed + way))
+            patch.setattr(passgraph.plan.build, "order", lambda draft, way=way: shuffled(draft, seed + way))
             assert different(outputs, backend, options, options, expected) == ""
 
 

@@ -1,19 +1,19 @@
-"""State shared by the phases of planning: every pass and its known properties."""
+"""Values that the phases of planning take and return: passes with their known properties, and drafts of the plan."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TypeAlias
 
-from passgraph.formats import Format, float_format
+from passgraph.formats import Format
 from passgraph.graph.targets import InputSpec, Pass, Target, TargetSpec
 from passgraph.language.builtin_name import BuiltinName
-from passgraph.language.long_arrays import layout_of
 from passgraph.language.lower import Facts
 from passgraph.language.lower_cache import Programs
+from passgraph.language.parameter_name import ParameterName
 from passgraph.language.scalar import ScalarProgram
-from passgraph.language.types import Array
-from passgraph.plan.data import BufferSpec, Options
+from passgraph.plan.data import Options
 from passgraph.plan.limits import Limits
 
 
@@ -35,7 +35,7 @@ class Lowered(Sized):
     facts: Facts
     #: Image name in the programs → its target; after culling only images that are really read.
     images: Mapping[str, Target]
-    values: Mapping[str, object]
+    values: Mapping[ParameterName, object]
 
     @property
     def programs(self) -> tuple[ScalarProgram, ...]:
@@ -68,6 +68,8 @@ class LoweredPixels(Lowered):
 
     program: ScalarProgram
     fused: tuple[str, ...] = ()  # names of passes computed inside this one
+    #: These passes as they were, by their index, while passes are being fused.
+    inside: Mapping[int, LoweredPixels] = field(default_factory=dict)
 
     @property
     def programs(self) -> tuple[ScalarProgram, ...]:
@@ -88,53 +90,45 @@ class LoweredDraw(Lowered):
         return (self.vertex,) if self.fragment is None else (self.vertex, self.fragment)
 
 
-@dataclass
-class Work:
-    """State shared by the phases of planning."""
+#: Format and size of each input.
+Bound: TypeAlias = Mapping[InputSpec, tuple[Format, tuple[int, int]]]
 
-    outputs: dict[str, Target]
-    size: tuple[int, int] | None  # None if neither requested nor known from an input
-    options: Options
-    inputs: dict[InputSpec, tuple[Format, tuple[int, int]]]
-    limits: Limits = field(default_factory=Limits)  # of the device
-    in_windows: bool = False  # pictures are never allocated whole, so any size is allowed
-    sized: list[Sized] = field(default_factory=list)
-    passes: dict[Pass, Lowered] = field(default_factory=dict)
+
+@dataclass(frozen=True, kw_only=True)
+class Collected:
+    """The passes behind the outputs, in writing order, with all formats and sizes."""
+
+    outputs: Mapping[str, Target]
+    size: tuple[int, int]
+    inputs: Bound
+    passes: tuple[Sized, ...]
+    sizes: Mapping[TargetSpec, tuple[int, int]]
     #: For history: the last content of each target that is read in a later run.
-    final: dict[TargetSpec, Target] = field(default_factory=dict)
-    sizes: dict[TargetSpec, tuple[int, int]] = field(default_factory=dict)
-    #: For each target why its size does not depend on the output's; empty if it does.
-    not_asked: dict[TargetSpec, str] = field(default_factory=dict)
-    #: The first writer of each target: a size may be taken from a target that is not read.
-    makers: dict[TargetSpec, Pass] = field(default_factory=dict)
+    final: Mapping[TargetSpec, Target]
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Draft:
+    """A plan between two phases: each takes one and returns another."""
+
+    options: Options
+    limits: Limits  # of the device
+    outputs: Mapping[str, Target]
+    size: tuple[int, int]
+    inputs: Bound  # pictures of long arrays included
+    sizes: Mapping[TargetSpec, tuple[int, int]]
+    final: Mapping[TargetSpec, Target]
+    passes: Mapping[Pass, Lowered]
+    notes: tuple[str, ...]
     #: Programs lowered so far: passes of one kernel share one.
     programs: Programs = field(default_factory=Programs)
-    #: Pictures of long arrays, by the parameter's value, the field names from it to the array, and its type: passes
-    #: that are given one array share one.
-    buffers: dict[tuple[int, tuple[str, ...], Array], BufferSpec] = field(default_factory=dict)
-    notes: list[str] = field(default_factory=list)
 
     def size_of(self, target: Target) -> tuple[int, int]:
-        if isinstance(target.spec, InputSpec):
-            return self.inputs[target.spec][1]
-        return self.sizes[target.spec]
+        return self.inputs[target.spec][1] if isinstance(target.spec, InputSpec) else self.sizes[target.spec]
 
     def format_of(self, target: Target) -> Format:
         return self.inputs[target.spec][0] if isinstance(target.spec, InputSpec) else target.spec.format
-
-    def buffer(self, node: Pass, name: str, type_: Array) -> Target:
-        """Return the picture of a pass's long array parameter, or of one within a parameter, by its dotted name."""
-        parameter, *fields = name.split(".")
-        value = node.values[parameter]
-        key = id(value), tuple(fields), type_  # the graph keeps the value
-        if key not in self.buffers:
-            layout = layout_of(type_)
-            format_ = float_format(layout.channels)
-            self.buffers[key] = spec = BufferSpec(
-                f"{name} of {node.name}", format_, layout.size, True, value=value, fields=tuple(fields), type=type_
-            )
-            self.inputs[spec] = format_, layout.size
-        return Target(self.buffers[key])
 
     def roots(self) -> list[Target]:
         """Return the contents to compute: outputs, and history for the next run."""
