@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
+from itertools import pairwise
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
@@ -259,6 +260,21 @@ class Plan:
     def values(self) -> dict[str, Value]:
         """Return every run value that some step needs, by name."""
         return values_by_name(step.values for step in self.steps)
+
+    @property
+    def histories(self) -> list[tuple[int, int]]:
+        """Return the resources with history, each with its content one run before.
+
+        Contents move in this order at each run, so that none is overwritten before it has moved.
+        """
+        follows = {r.id: r.history for r in self.resources if r.history is not None}
+        moves: list[tuple[int, int]] = []
+        for start in follows.keys() - set(follows.values()):
+            contents = [start]
+            while contents[-1] in follows:
+                contents.append(follows[contents[-1]])
+            moves += reversed(list(pairwise(contents)))
+        return moves
 
     @property
     def lifetimes(self) -> dict[int, tuple[int, int]]:

@@ -37,12 +37,8 @@ class Held:
     def abandoned(self) -> None:
         """Handle a program that was dropped without being closed; may run in any thread at any time."""
         execution, self.execution = self.execution, None
-        if execution is None:
-            return
-        if self.owns:
-            # No other owner: the backend is freed with its last reference.
-            execution.forget()
-        else:
+        # A backend without another owner is freed with its last reference, and with it all that it made.
+        if execution is not None and not self.owns:
             self.backend.turn.later(execution.release)
 
 
@@ -196,14 +192,14 @@ class Program:
         if self.backend.about:
             lines.append(f"- runs in {self.backend.about}")
         if self._execution is not None:
-            lines += [f"- {what}: {how}" for what, how in self._execution.caller_arrays.transfers.items()]
+            lines += [f"- {what}: {how}" for what, how in self._execution.storages.caller_arrays.transfers.items()]
         return "\n".join(lines)
 
     def _own_ways(self) -> list[str]:
         """List the steps that the device implements in its own way."""
         lines: list[str] = []
         for unit in [] if self._execution is None else self._execution.units:
-            step = unit[0]
+            step = unit.steps[0]
             way = self.backend.own_way(step) if isinstance(step, CountStep) else None
             if way is not None:
                 lines.append(f"- {step.name} is implemented in this device's own way: {way}")
@@ -489,14 +485,11 @@ class Program:
             return
         with self._alone("closed"):
             self._closed = True
-            execution = self._execution
-            if execution is not None and self._owns:
-                execution.forget()
-            elif execution is not None:
-                execution.release()
+            if self._execution is not None and not self._owns:
+                self._execution.release()
+            self._held.execution = None
             if self._owns:
                 self.backend.close()
-            self._held.execution = None
 
     def __reduce__(self) -> NoReturn:
         raise GraphError(

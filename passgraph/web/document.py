@@ -25,7 +25,7 @@ from passgraph.language.scalar import ScalarProgram, UniformSlot
 from passgraph.language.types import element_of
 from passgraph.plan.data import CopyStep, DrawStep, PixelStep, Plan, Resource, Step
 from passgraph.quantise import numbers_of
-from passgraph.run.execution import Uniforms, earliest_first, picked, resolve
+from passgraph.run.parameters import Uniforms, picked, resolve
 from passgraph.web.orbit import PoseTable
 from passgraph.web.recorder import DEFAULT_LIMITS, RecordingBackend
 from passgraph.web.size_rules import Rule
@@ -288,7 +288,7 @@ def written_plan(
         "features": _features(plan), "limits": _limits(plan, backend),
         "memories": len(plan.memories) + len(writer.unread_depths),
         "resources": resources, "inputs": inputs, "outputs": dict(plan.outputs),
-        "history": [list(pair) for pair in earliest_first(plan)],
+        "history": [list(pair) for pair in plan.histories],
         "steps": steps, "pipelines": writer.pipelines, "modules": backend.device.modules,
         "fullscreen": backend.device.create_shader_module(code=FULLSCREEN), "meshes": writer.meshes,
         "staticValues": sorted(n for n, v in plan.values.items() if v.static and n not in writer.constants),

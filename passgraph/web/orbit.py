@@ -16,7 +16,7 @@ from passgraph.language.parameter_name import ParameterName
 from passgraph.language.scalar import UniformSlot
 from passgraph.language.uniform_layout import in_range
 from passgraph.plan.data import Plan
-from passgraph.run.execution import picked, resolve
+from passgraph.run.parameters import picked, resolve
 from passgraph.scene.camera import HIGHEST_RAD, Camera, angles_of
 
 #: Angle between two elevations, and factor between two distances.

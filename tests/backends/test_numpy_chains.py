@@ -41,8 +41,7 @@ def chain_lengths(program: pg.Program) -> list[int]:
     """How many passes each call into the backend does."""
     execution = program._execution
     assert execution is not None
-    places = [[step for step, _ in execution._runs].index(step) for step, _ in execution._chained]
-    return [b - a for a, b in zip([-1, *places], places, strict=False)]
+    return [len(unit.steps) for unit in execution.units]
 
 
 def both_ways(outputs: Any, lengths: list[int], threads: int = 3, **given: Any) -> None:
@@ -122,7 +121,7 @@ def test_a_result_never_takes_the_memory_of_what_is_still_read() -> None:
     with pg.compile(out, "numpy") as program:
         places = {resource.name: resource.memory for resource in program.plan.resources}
         assert places["start"] == places["second"]
-        assert program._execution is not None and program._execution._apart
+        assert program._execution is not None and program._execution.storages.apart
     both_ways(out, [1, 2, 1], frame=picture(size))
 
 

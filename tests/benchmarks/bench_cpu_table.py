@@ -58,8 +58,8 @@ def steps(output: pg.Target, pictures: dict[str, Any], backend: str = "numpy") -
     values = execution._values({})
 
     def frame() -> None:
-        for _, execute in execution._chained:
-            execute(values)
+        for unit in execution.units:
+            unit.execute(values)
         program.finish()
 
     return frame

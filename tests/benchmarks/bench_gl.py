@@ -22,7 +22,7 @@ from passgraph.backends.gl.textures import Texture
 from passgraph.formats import format_named
 from passgraph.plan.build import build
 from passgraph.plan.data import PixelStep
-from passgraph.run.execution import Uniforms
+from passgraph.run.parameters import Uniforms
 
 sys.path.insert(0, str(Path(__file__).parent))
 from harness import Ratio, interleaved, ratio_of

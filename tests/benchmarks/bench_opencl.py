@@ -116,8 +116,8 @@ def pixel_ratios(device: OpenCLBackend, rounds: int = ROUNDS) -> list[Ratio]:
             program.run(frame=picture)  # which lends no array for the result
             execution = program._execution
             assert execution is not None
-            device.upload(execution.memories[0], picture)  # the run read it where it lay
-            buffers = [storage.buffer for storage in execution.memories]
+            device.upload(execution.storages.memories[0], picture)  # the run read it where it lay
+            buffers = [storage.buffer for storage in execution.storages.memories]
             flags = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR
             weights = (
                 np.array([(0.2126, 0.7152, 0.0722, 0)], np.float32)
@@ -126,7 +126,7 @@ def pixel_ratios(device: OpenCLBackend, rounds: int = ROUNDS) -> list[Ratio]:
             )
             written = cl.Kernel(built, name)
             written.set_args(*buffers, weights)
-            step = execution._runs[0][1]
+            step = execution.units[0].execute
 
             def by_hand(written: object = written) -> None:
                 cl.enqueue_nd_range_kernel(queue, written, (WIDTH, HEIGHT), None)

@@ -22,7 +22,10 @@ WRITES_TEXT = ("pixels/code.py", "pixels/body.py")
 SHARED_WITH_ORACLE = (
     "passgraph/graph/reduction",
     "passgraph/plan/",
+    "passgraph/run/compiled_steps.py",
     "passgraph/run/execution.py",
+    "passgraph/run/parameters.py",
+    "passgraph/run/storages.py",
     "passgraph/language/long_arrays.py",
     "passgraph/language/lower_arrays.py",
     "passgraph/language/composites.py",

@@ -23,7 +23,7 @@ root = Path(pg.__file__).resolve().parent
 #: Files of nouns, read before: calls into them are answers, not steps of the way.
 NOUNS = {
     "arguments.py", "errors.py", "formats.py", "graph/run_values.py", "graph/targets.py",
-    "plan/data.py", "plan/work.py",
+    "plan/data.py", "plan/draft.py",
 }  # fmt: skip
 #: Sorting is asked for twice, and the files of passes and of inputs too.
 MOST = 6
