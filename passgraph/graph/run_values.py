@@ -144,7 +144,7 @@ def sources_of(parameters: Mapping[Any, object]) -> Iterator[Value]:
             yield from parameter.sources
 
 
-def values_by_name(parameters: Iterable[Mapping[str, object]]) -> dict[str, Value]:
+def values_by_name(parameters: Iterable[Mapping[Any, object]]) -> dict[str, Value]:
     """Return the run values behind the parameters of several passes, each with the limits of all its handles."""
     found: dict[str, Value] = {}
     for one in parameters:
