@@ -54,7 +54,7 @@ class GLBackend(DriverBackend):
     contexts: ClassVar[type[OwnContext]] = OwnContext
 
     def __init__(self, device: str | None = None) -> None:
-        self._open(self.contexts(_number(device, self.contexts), self.turn))
+        self._open(self.contexts(device_index(device, self.contexts), self.turn))
 
     def _open(self, context: Context) -> None:
         self.in_run = False
@@ -322,7 +322,7 @@ def gl_format_bytes(gl_format: GLFormat, size: tuple[int, int]) -> int:
     return int(gl_format.dtype.itemsize * gl_format.stored.channels * size[0] * size[1])
 
 
-def _number(device: str | None, kind: type[OwnContext]) -> int:
+def device_index(device: str | None, kind: type[OwnContext]) -> int:
     """Return a device's number; names are looked up only for a part of one."""
     number = 0 if device is None else device_number(device)
     return chosen_device(device, [name for name, *_ in device_names(kind)], kind.api) if number is None else number

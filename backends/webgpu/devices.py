@@ -49,11 +49,17 @@ def _quiet_layer() -> Iterator[None]:
             os.environ.pop(name, None)
 
 
+#: Environment variable of wgpu that chooses an API; with "OpenGL" its layer over OpenGL is used, which lacks formats.
+API_VARIABLE, LAYER = "WGPU_BACKEND_TYPE", "OpenGL"
+
+
 def _native_instance() -> None:
-    """Keep wgpu from loading an OpenGL driver, unless the process has already used wgpu.
+    """Keep wgpu from loading an OpenGL driver, unless the process has already used wgpu or wants it.
 
     Mesa's OpenGL cannot shut down in a forked process, and loading it doubles the startup time.
     """
+    if os.environ.get(API_VARIABLE) == LAYER:
+        return
     with suppress(ImportError, RuntimeError, KeyError):
         from wgpu.backends.wgpu_native.extras import set_instance_extras
 
@@ -96,8 +102,9 @@ def all_adapters() -> list[Any]:
         raise DeviceMissingError(
             f"WebGPU found no driver ({error}); install one, on CPUs lavapipe: {INSTALL_DRIVER}"
         ) from None
-    # wgpu's layer over OpenGL lacks formats; the gl backend runs there.
-    native = [adapter for adapter in found if adapter.info["backend_type"] != "OpenGL"]
+    # Unless it is wanted, not wgpu's layer over OpenGL: the gl backend runs there.
+    wanted = os.environ.get(API_VARIABLE) == LAYER
+    native = [adapter for adapter in found if (adapter.info["backend_type"] == LAYER) == wanted]
     if not native:
         raise DeviceMissingError(
             "WebGPU found no Vulkan, Metal or Direct3D 12 driver; install one, on CPUs lavapipe: " + INSTALL_DRIVER

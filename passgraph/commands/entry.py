@@ -40,6 +40,7 @@ COMMANDS = {
     "apply": "Apply an effect to pictures, sequences and videos.",
     "compare": "Compare every backend with the reference, pass by pass.",
     "conform": "Run the conformance suite on a backend.",
+    "probe": "Measure what drivers do, beside specifications and known drivers.",
     "check": "Compare every backend with the reference on your own kernels.",
     "inspect": "Show the values of every line of a kernel at one pixel.",
     "backends": "List the available backends and devices.",

@@ -77,7 +77,7 @@ def measure_functions(
 
 def _measured(backend: Backend, row: Operation, math: Math, side: int, seed: int) -> FunctionErrors:
     random, count = np.random.default_rng(seed), len(row.operands)
-    arguments = [_samples(row, operand, random, side * side) for operand in range(count)]
+    arguments = [samples(row, operand, random, side * side) for operand in range(count)]
     results = _results(backend, row, math, arguments, side)
     with np.errstate(all="ignore"):
         exact = row.reference(*(a.astype(np.float64) for a in arguments))
@@ -107,7 +107,7 @@ def promised_by(row: Operation, math: Math, backend: Backend) -> str:
     return f"{row.ulp:g} ULP" + (f" + {row.absolute:.3g}" if row.absolute else "")
 
 
-def _samples(row: Operation, operand: int, random: np.random.Generator, count: int) -> NDArray[np.float32]:
+def samples(row: Operation, operand: int, random: np.random.Generator, count: int) -> NDArray[np.float32]:
     """Return numbers of an operand's domain, half of them spread over its bits."""
     domain, (low, high) = row.domain_of(operand), row.ordinary(operand)
     bits = random.integers(0, 0x7F800000, 4 * count, dtype=np.int64).astype(np.uint32)

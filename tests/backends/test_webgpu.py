@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import os
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -264,9 +265,16 @@ def test_a_closed_backend_may_be_closed_again_and_refuses_work(opened: WebGPUBac
             use()
 
 
-def test_adapters_over_opengl_are_not_listed() -> None:
+def test_adapters_over_opengl_are_listed_alone_where_they_are_wanted_and_else_not() -> None:
     require("webgpu")
     assert all(adapter.info["backend_type"] != "OpenGL" for adapter in devices.all_adapters())
+    names = (
+        "from passgraph.backends.webgpu import WebGPUBackend; "
+        "print(*{info.version for info in WebGPUBackend.devices()})"
+    )
+    environment = {**os.environ, "WGPU_BACKEND_TYPE": "OpenGL"}
+    listed = subprocess.run([sys.executable, "-c", names], capture_output=True, text=True, check=True, env=environment)
+    assert listed.stdout.strip() == "OpenGL"
 
 
 # Constant tables
