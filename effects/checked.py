@@ -144,6 +144,7 @@ class Mark:
     alpha : meaning of its pictures' alpha
     encodes : True if it returns colors for a display, not linear light
     result_space : the color space of its results, see `effect`; None if colors stay in their space
+    alike : True if it takes and gives pictures of one and two channels too
     """
 
     name: str
@@ -152,6 +153,7 @@ class Mark:
     alpha: Alpha = "straight"
     encodes: bool = False
     result_space: ResultSpace | None = None
+    alike: bool = False
 
 
 def effect(
@@ -162,6 +164,7 @@ def effect(
     alpha: Alpha = "straight",
     encodes: bool = False,
     result_space: ResultSpace | None = None,
+    alike: bool = False,
 ) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """Decorate a `checked` function, so that command line, documentation and conformance find it by name.
 
@@ -184,11 +187,14 @@ def effect(
     result_space : for an effect that converts colors, a function that takes the effect's parameters by name and returns
         the `passgraph.color_tags.ColorSpace` of its results, or None if the colors stay in their space. `apply` writes
         its tags into files, instead of the source's
+    alike : True for an effect that computes every channel like the first: it takes and gives pictures of one and two
+        channels too (`passgraph.effects.pictures.channels`), such as gray ones
     """
 
     mark = Mark(
         text(name, "effect: name"), takes, flag(linear, "effect: linear"), alpha, flag(encodes, "effect: encodes"),
         None if result_space is None else arguments.function(result_space, "effect: result_space"),
+        flag(alike, "effect: alike"),
     )  # fmt: skip
     one_of(takes, "effect: takes", get_args(Takes))
     one_of(alpha, "effect: alpha", get_args(Alpha))

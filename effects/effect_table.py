@@ -96,6 +96,12 @@ class Effect:
         mark = getattr(self.function, "effect", None)
         return "straight" if mark is None else mark.alpha
 
+    @property
+    def alike(self) -> bool:
+        """Return True if it takes and gives pictures of one and two channels too."""
+        mark = getattr(self.function, "effect", None)
+        return mark is not None and mark.alike
+
     def result_space(self, parameters: Mapping[str, Any]) -> ColorSpace | None:
         """Return the color space of its results with these parameters; None if colors stay in their space."""
         mark = getattr(self.function, "effect", None)

@@ -247,6 +247,7 @@ class ImageFile:
         found = Metadata(
             entries, not self.has_alpha, self.dtype == np.uint16, self._stated_space(), self.is_associated, is_numbers,
             self.dtype == np.float16,
+            gray=self.channels - self.has_alpha == 1,
         )  # fmt: skip
         # ICC.1:2022, section 7.2.6: the color space of the data; the result is RGB.
         if found.profile and found.profile[16:20] != b"RGB ":

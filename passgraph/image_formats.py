@@ -110,6 +110,7 @@ class Metadata:
     ----------
     entries : (name, OpenImageIO's type, value): ICC profile, resolution, EXIF, time code ...
     opaque : True if the file has no alpha
+    gray : True if it has one channel beside alpha
     deep : True if it holds 16-bit integers
     half : True if it holds floats of 16 bits
     space : the color space that the file states, by its Color Interop ID or as OpenImageIO names it; "" if none
@@ -124,6 +125,7 @@ class Metadata:
     additive: bool = False
     numbers: bool = False
     half: bool = False
+    gray: bool = False
 
     def get(self, name: str) -> Any:
         """Return the value of an entry, or None."""
@@ -194,15 +196,18 @@ class Metadata:
         return None if per_inch is None or not across or not down else (across * per_inch, down * per_inch)
 
     def stored_channels(self, pixels: Pixels) -> Pixels:
-        """Drop the alpha of (h, w, 4) if neither the source nor the picture uses it.
+        """Drop the alpha of (h, w, 4) if neither the source nor the picture uses it, and repeated gray of a gray one.
 
         >>> Metadata(opaque=True).stored_channels(np.full((2, 3, 4), 255, np.uint8)).shape
         (2, 3, 3)
+        >>> Metadata(opaque=True, gray=True).stored_channels(np.full((2, 3, 4), 255, np.uint8)).shape
+        (2, 3, 1)
         """
-        if not self.opaque or pixels.shape[2] != 4:
-            return pixels
-        unused = is_opaque(pixels[..., 3])
-        return np.ascontiguousarray(pixels[..., :3]) if unused else pixels
+        if pixels.shape[2] == 4 and self.opaque and is_opaque(pixels[..., 3]):
+            pixels = pixels[..., :3]
+        if pixels.shape[2] > 2 and self.gray and is_gray(pixels):
+            pixels = pixels[..., [0, *range(3, pixels.shape[2])]]
+        return np.ascontiguousarray(pixels)
 
 
 def unstated(kind: WritableFormat, space: ColorSpace) -> str:
@@ -237,3 +242,15 @@ def is_opaque(alpha: Pixels) -> bool:
     """
     least = np.iinfo(alpha.dtype).max if alpha.dtype.kind == "u" else 1 - 0.5 / 65535
     return bool(alpha.min() >= least)
+
+
+def is_gray(pixels: Pixels) -> bool:
+    """Return True if red, green and blue have the same numbers everywhere, NaN included.
+
+    >>> is_gray(np.float32([[[0.5, 0.5, 0.5, 1.0]]])), is_gray(np.uint8([[[1, 1, 2]]]))
+    (True, False)
+    """
+    first = pixels[..., :1]
+    return np.array_equal(
+        pixels[..., 1:3], np.broadcast_to(first, (*first.shape[:2], 2)), equal_nan=pixels.dtype.kind == "f"
+    )

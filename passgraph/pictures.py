@@ -347,8 +347,9 @@ def save(
     linear : encode the colors of floats from linear light to sRGB for integer formats.
     like : a picture file to copy metadata from, as far as the format supports it: color tags, resolution,
         EXIF, time code; not size, orientation and thumbnail. If that file has no alpha and the picture is opaque, none
-        is stored. If that file has 16 bits, floats are stored in 16 bits if the format supports it; else a warning is
-        given. Between OpenEXR files color stays where alpha is 0: it is light that is added.
+        is stored; if it is gray and the picture too, gray is stored. If that file has 16 bits, floats are stored in 16
+        bits if the format supports it; else a warning is given. Between OpenEXR files color stays where alpha is 0: it
+        is light that is added.
     bits : 8 or 16 for integers; 16 or 32 for floats, also in TIFF and JPEG XL (32). The default is the array's own for
         uint8, uint16 and float16, if the format supports it; in OpenEXR 16 if ``like`` is of half floats.
     color : the color space of the picture, for color tags: a Color Interop ID such as ``"lin_ap1_scene"``, or "" for
@@ -393,7 +394,7 @@ def save(
     is_multiplied = kind.associated and not raw and not metadata.numbers and pixels.shape[2] in (2, 4)
     # Straight color of half floats may be beyond their range, where alpha is small.
     values = _converted(file, pixels, np.dtype(np.float32) if is_multiplied or kept else dtype, linear)
-    values = metadata.stored_channels(_fitting_channels(file, values, kind))
+    values = _fitting_channels(file, metadata.stored_channels(values), kind)
     if kind.name == "npy":
         _write(file, lambda temporary: _write_npy(temporary, values))
         return

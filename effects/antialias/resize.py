@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 
 import passgraph as pg
 from passgraph.effects.checked import effect
+from passgraph.effects.pictures.channels import between, result_like
 from passgraph.effects.pictures.decoded import decoded
 from passgraph.graph.targets import Like
 from passgraph.language import Const, Image, ivec2, output_size, pixel, vec4
@@ -57,7 +58,7 @@ def weight(texel: int, pixel_: int, length: int, output_length: int, reach: Cons
     return lanczos3(x * x) if reach == 3.0 else cubic(x, b, c)
 
 
-@pg.kernel
+@pg.kernel(alike=True)
 def resized(
     color: Image, across: Const[bool], down: Const[bool], reach: Const[float], b: Const[float], c: Const[float]
 ) -> vec4:
@@ -92,7 +93,7 @@ def sized(spec: pg.TargetSpec, color: pg.Target, scale: float) -> pg.TargetSpec:
     return spec if spec.size is not None else replace(spec, size=Like(color, (scale, scale)))
 
 
-@effect("resize", alpha="premultiplied")
+@effect("resize", alpha="premultiplied", alike=True)
 def resize(
     color: pg.Target,
     scale: Annotated[float, pg.Range(0.001, 16)] = 0.5,
@@ -128,11 +129,11 @@ def resize(
     [1.5, 5.5]
     """
     color = decoded(color, f"{name}_light", "rgba32f")
-    spec = sized(into or pg.target(name, "rgba32f"), color, scale)
+    spec = sized(result_like(color, into, name), color, scale)
     picture: pg.Target
     if isinstance(spec.size, Like) and spec.size.other is color:
         # across first, which leaves a few taps a pixel where both sides at once have as many squared
-        narrow = pg.target(f"{name}_across", "rgba32f", like=color, scale=(spec.size.scale[0], 1.0))
+        narrow = pg.target(f"{name}_across", between(color, spec), like=color, scale=(spec.size.scale[0], 1.0))
         narrow_picture = resized(color, True, False, *FILTERS[filter], into=narrow, name=narrow.name)
         picture = resized(narrow_picture, False, True, *FILTERS[filter], into=spec, name=name)
     else:

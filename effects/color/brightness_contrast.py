@@ -6,18 +6,19 @@ from __future__ import annotations
 
 import passgraph as pg
 from passgraph.effects.checked import effect
+from passgraph.effects.pictures.channels import result_like
 from passgraph.effects.quantities import NotNegative
 from passgraph.language import Image, vec4
 
 
-@pg.kernel
+@pg.kernel(alike=True)
 def scaled(color: Image, brightness: float, contrast: float) -> vec4:
     """Scale the color, then its distance from 0.5."""
     c = color[0, 0].rgb * brightness
     return vec4((c - 0.5) * contrast + 0.5, color[0, 0].a)
 
 
-@effect("brightness-contrast")
+@effect("brightness-contrast", alike=True)
 def brightness_contrast(
     color: pg.Target,
     brightness: NotNegative | pg.Value | pg.Derived = 1.0,
@@ -45,4 +46,4 @@ def brightness_contrast(
     ...     program(frame=frame)["brightness_contrast"][0, 0].tolist()
     [0.0, 0.5, 1.0, 1.0]
     """
-    return scaled(color, brightness, contrast, into=into or pg.target(name, "rgba32f"), name=name)
+    return scaled(color, brightness, contrast, into=result_like(color, into, name), name=name)

@@ -10,6 +10,7 @@ from typing import Annotated, Any
 
 import passgraph as pg
 from passgraph.effects.checked import effect
+from passgraph.effects.pictures.channels import between, result_like
 from passgraph.formats import FORMATS
 from passgraph.language import Const, Image, vec4
 
@@ -37,7 +38,7 @@ def _symmetric(weights: tuple[float, ...]) -> Any:
     """Return a kernel with these weights built in, for one direction per pass."""
     count = len(weights)
 
-    @pg.kernel
+    @pg.kernel(alike=True)
     def blur(color: Image, dx: Const[int], dy: Const[int]) -> vec4:
         total = color[0, 0] * weights[0]
         for i in range(1, count):
@@ -47,7 +48,7 @@ def _symmetric(weights: tuple[float, ...]) -> Any:
     return blur
 
 
-@effect("gaussian-blur", alpha="premultiplied")
+@effect("gaussian-blur", alpha="premultiplied", alike=True)
 def gaussian_blur(
     color: pg.Target,
     sigma_px: Annotated[float, pg.Range(0, 100, "px")] = 3.0,
@@ -80,13 +81,14 @@ def gaussian_blur(
     if radius == 0 or sigma_px == 0.0:
         return color
     blur = _symmetric(gaussian_weights(sigma_px, radius))
-    across = blur(color, 1, 0, into=pg.target(f"{name}_x", "rgba32f" if into is None else _between(into)))
-    return blur(across.border(color.border_rule), 0, 1, into=into or pg.target(name, "rgba32f"), name=f"{name}_y")
+    result = result_like(color, into, name)
+    across = blur(color, 1, 0, into=pg.target(f"{name}_x", _between(result)))
+    return blur(across.border(color.border_rule), 0, 1, into=result, name=f"{name}_y")
 
 
 def _between(spec: pg.TargetSpec) -> str:
     """Return a float format with the result's channels and precision."""
-    letters = "rgb" if spec.format.channels == 3 else "rgba"
+    letters = "rgba"[: spec.format.channels]
     return letters + ("16f" if spec.format.unit >= FORMATS["rgba16f"].unit else "32f")
 
 
@@ -94,7 +96,7 @@ def _between(spec: pg.TargetSpec) -> str:
 def _edge_aware(radius: int) -> Any:
     """Return a kernel of this radius that skips taps off the surface at the center."""
 
-    @pg.kernel
+    @pg.kernel(alike=True)
     def blur(mask: Image, depth: Image, tolerance: float, dx: Const[int], dy: Const[int]) -> vec4:
         # 1 / depth is linear over the picture on any plane
         here = 1.0 / max(depth[0, 0].r, 1e-30)
@@ -118,7 +120,7 @@ def _edge_aware(radius: int) -> Any:
     return blur
 
 
-@effect("depth-aware-blur", "picture+depth", alpha="premultiplied")
+@effect("depth-aware-blur", "picture+depth", alpha="premultiplied", alike=True)
 def depth_aware_blur(
     mask: pg.Target,
     depth: pg.Target,
@@ -159,5 +161,6 @@ def depth_aware_blur(
     if radius_px == 0:
         return mask
     blur = _edge_aware(radius_px)
-    across = blur(mask, depth, tolerance, 1, 0, into=pg.target(f"{name}_x", "rgba32f"))
-    return blur(across, depth, tolerance, 0, 1, into=into or pg.target(name, "rgba32f"), name=f"{name}_y")
+    result = result_like(mask, into, name)
+    across = blur(mask, depth, tolerance, 1, 0, into=pg.target(f"{name}_x", between(mask, result)))
+    return blur(across, depth, tolerance, 0, 1, into=result, name=f"{name}_y")

@@ -8,7 +8,8 @@ from typing import Annotated, Any
 
 import passgraph as pg
 from passgraph.effects.checked import effect
-from passgraph.language import Const, Image, vec2, vec4
+from passgraph.effects.pictures.channels import result_like
+from passgraph.language import Const, Image, vec4
 
 
 def _pairs(text: str) -> Any:
@@ -54,22 +55,12 @@ def middle(color: Image, channel: int, wide: bool) -> float:
     return middle_within(color, channel, 1)
 
 
-@pg.kernel
-def middle_of_one(color: Image, wide: Const[bool]) -> float:
-    return middle(color, 0, wide)
-
-
-@pg.kernel
-def middles_of_two(color: Image, wide: Const[bool]) -> vec2:
-    return vec2(middle(color, 0, wide), middle(color, 1, wide))
-
-
-@pg.kernel
+@pg.kernel(alike=True)
 def middles(color: Image, wide: Const[bool]) -> vec4:
     return vec4(middle(color, 0, wide), middle(color, 1, wide), middle(color, 2, wide), middle(color, 3, wide))
 
 
-@effect("median", alpha="premultiplied")
+@effect("median", alpha="premultiplied", alike=True)
 def median(
     color: pg.Target,
     size_px: Annotated[int, pg.Range(3, 5, "px", odd=True)] = 3,
@@ -82,8 +73,8 @@ def median(
     ----------
     color : any picture without NaN, any range; outside of it, reads follow the handle's border rule
     size_px : side of the square around a pixel
-    into : destination target, which gets the first channels; default: four of float32 named ``name``.  With the
-        picture's own format, such as r8 for an r8, nothing is converted, which is fastest
+    into : destination target, which gets the first channels; default: float32 named ``name``.  With the picture's own
+        format, such as r8 for an r8, nothing is converted, which is fastest
     name : name of the pass
 
     Filters every channel separately, alpha too; results are exact.
@@ -98,6 +89,4 @@ def median(
     ...     float(program(frame=speck)["median"].max())
     0.0
     """
-    into = into or pg.target(name, "rgba32f")
-    kernel = {1: middle_of_one, 2: middles_of_two}.get(into.format.channels, middles)
-    return kernel(color, size_px == 5, into=into, name=name)
+    return middles(color, size_px == 5, into=result_like(color, into, name), name=name)

@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 
 import passgraph as pg
 from passgraph.effects.checked import effect
+from passgraph.effects.pictures.channels import between, result_like
 from passgraph.language import Const, Image, vec4
 
 Operation = Literal["erode", "dilate", "open", "close"]
@@ -20,7 +21,7 @@ STEPS: dict[Operation, tuple[bool, ...]] = {
 }
 
 
-@pg.kernel
+@pg.kernel(alike=True)
 def extreme(color: Image, radius: Const[int], across: Const[bool], largest: Const[bool]) -> vec4:
     """Return the extreme of each channel along a line."""
     found = color[0, 0]
@@ -30,7 +31,7 @@ def extreme(color: Image, radius: Const[int], across: Const[bool], largest: Cons
     return found
 
 
-@effect("morphology", alpha="premultiplied")
+@effect("morphology", alpha="premultiplied", alike=True)
 def morphology(
     color: pg.Target,
     operation: Operation = "dilate",
@@ -63,11 +64,12 @@ def morphology(
     """
     if radius_px == 0:
         return color
-    shape, steps = color, STEPS[operation]
+    shape, steps, result = color, STEPS[operation], result_like(color, into, name)
+    stored = between(color, result)
     for number, largest in enumerate(steps, 1):
         label = f"{name}_{number}"
-        shape = extreme(shape, radius_px, True, largest, into=pg.target(f"{label}_x", "rgba32f", like=color))
-        last = (into or pg.target(name, "rgba32f")) if number == len(steps) else pg.target(label, "rgba32f", like=color)
+        shape = extreme(shape, radius_px, True, largest, into=pg.target(f"{label}_x", stored, like=color))
+        last = result if number == len(steps) else pg.target(label, stored, like=color)
         shape = extreme(shape.border(color.border_rule), radius_px, False, largest, into=last, name=f"{label}_y")
         shape = shape if number == len(steps) else shape.border(color.border_rule)
     return shape

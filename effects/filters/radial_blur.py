@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 
 import passgraph as pg
 from passgraph.effects.checked import effect
+from passgraph.effects.pictures.channels import between, result_like
 from passgraph.effects.pictures.decoded import decoded
 from passgraph.effects.quantities import Place, Share, combined
 from passgraph.language import Array, Image, output_size, pixel, vec2, vec4
@@ -27,7 +28,7 @@ def steps_of(zoom: float, spin_rad: float, times: float) -> list[tuple[float, fl
     return [((1.0 + zoom) ** t * cos(spin_rad * t), (1.0 + zoom) ** t * sin(spin_rad * t)) for t in at]
 
 
-@pg.kernel
+@pg.kernel(alike=True)
 def along_way(color: Image, middle: vec2, steps: Array[vec2, Literal[8]]) -> vec4:
     """Return the mean of positions that the same zoom and rotation move here at different times."""
     size, total = vec2(output_size()), vec4(0.0)
@@ -38,7 +39,7 @@ def along_way(color: Image, middle: vec2, steps: Array[vec2, Literal[8]]) -> vec
     return total / float(READS)
 
 
-@effect("radial-blur", linear=True, alpha="premultiplied")
+@effect("radial-blur", linear=True, alpha="premultiplied", alike=True)
 def radial_blur(
     color: pg.Target,
     zoom: Share | pg.Value | pg.Derived = 0.1,
@@ -79,8 +80,9 @@ def radial_blur(
     """
     light = decoded(color, f"{name}_light", "rgba32f")
     middle = combined(lambda *place: place, x, y)
-    count, spec = READS * READS, pg.target(f"{name}_near", "rgba32f", like=light)
+    into = result_like(light, into, name)
+    count, spec = READS * READS, pg.target(f"{name}_near", between(light, into), like=light)
     near = combined(lambda growth, turn: steps_of(growth, turn, 1.0 / count), zoom, spin_rad)
     far = combined(lambda growth, turn: steps_of(growth, turn, 1.0 / READS), zoom, spin_rad)
     means = along_way(light, middle, near, into=spec, name=spec.name).border(color.border_rule)
-    return along_way(means, middle, far, into=into or pg.target(name, "rgba32f"), name=name)
+    return along_way(means, middle, far, into=into, name=name)

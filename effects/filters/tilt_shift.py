@@ -10,6 +10,7 @@ from typing import Annotated
 import passgraph as pg
 from passgraph.effects.checked import effect
 from passgraph.effects.filters.blur import SIGMAS
+from passgraph.effects.pictures.channels import between, result_like
 from passgraph.effects.pictures.decoded import decoded
 from passgraph.effects.quantities import Place, Share, axis_of, mapped
 from passgraph.language import Const, Image, dot, exp, output_size, pixel, vec2, vec4
@@ -27,7 +28,7 @@ def sigma_here(across: vec2, y: float, half: float, most: float) -> float:
     return most * min(max(away - half, 0.0) / 0.5, 1.0)
 
 
-@pg.kernel
+@pg.kernel(alike=True)
 def blurred(
     color: Image, across: vec2, y: float, half: float, most: float, reach: Const[int], vertical: Const[bool]
 ) -> vec4:
@@ -47,7 +48,7 @@ def blurred(
     return total / weight
 
 
-@effect("tilt-shift", linear=True, alpha="premultiplied")
+@effect("tilt-shift", linear=True, alpha="premultiplied", alike=True)
 def tilt_shift(
     color: pg.Target,
     y: Place | pg.Value | pg.Derived = 0.5,
@@ -90,7 +91,7 @@ def tilt_shift(
     # the normal of a line that rises to the right, in a picture whose rows go down
     normal = mapped(angle_rad, lambda angle: axis_of(angle)[::-1])
     half = mapped(band, lambda share: 0.5 * share)
-    reach, rows = ceil(SIGMAS * sigma_px), pg.target(f"{name}_x", "rgba32f", like=light)
+    into = result_like(light, into, name)
+    reach, rows = ceil(SIGMAS * sigma_px), pg.target(f"{name}_x", between(light, into), like=light)
     across = blurred(light, normal, y, half, sigma_px, reach, False, into=rows, name=rows.name)
-    into = into or pg.target(name, "rgba32f")
     return blurred(across.border(color.border_rule), normal, y, half, sigma_px, reach, True, into=into, name=name)

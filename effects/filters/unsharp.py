@@ -9,12 +9,13 @@ from typing import Annotated
 import passgraph as pg
 from passgraph.effects.checked import effect
 from passgraph.effects.filters.blur import gaussian_blur
+from passgraph.effects.pictures.channels import between, result_like
 from passgraph.effects.pictures.decoded import decoded
 from passgraph.effects.quantities import NotNegative
 from passgraph.language import Image, clamp, vec4
 
 
-@pg.kernel
+@pg.kernel(alike=True)
 def sharpened(color: Image, soft: Image, amount: float, threshold: float) -> vec4:
     """Add the difference from the mean of visible pixels around; alpha stays."""
     c, mean = color[0, 0], soft[0, 0]
@@ -22,7 +23,7 @@ def sharpened(color: Image, soft: Image, amount: float, threshold: float) -> vec
     return vec4(c.rgb + amount * (detail - clamp(detail, -threshold, threshold)), c.a)
 
 
-@effect("unsharp", alpha="premultiplied")
+@effect("unsharp", alpha="premultiplied", alike=True)
 def unsharp(
     color: pg.Target,
     amount: NotNegative | pg.Value | pg.Derived = 0.8,
@@ -57,5 +58,6 @@ def unsharp(
     [1.15, 1.37, -0.37, -0.15]
     """
     light = decoded(color, f"{name}_light")
-    soft = gaussian_blur(light, sigma_px, into=pg.target(f"{name}_soft", "rgba32f"), name=f"{name}_soft")
-    return sharpened(light, soft, amount, threshold, into=into or pg.target(name, "rgba32f"), name=name)
+    result = result_like(light, into, name)
+    soft = gaussian_blur(light, sigma_px, into=pg.target(f"{name}_soft", between(light, result)), name=f"{name}_soft")
+    return sharpened(light, soft, amount, threshold, into=result, name=name)

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import passgraph as pg
 from passgraph.effects.checked import effect
+from passgraph.effects.pictures.channels import result_like
 from passgraph.effects.pictures.decoded import decoded
 from passgraph.effects.quantities import mapped, tan_half
 from passgraph.language import Const, Image, clamp, dot, length, output_size, pixel, vec2, vec4
@@ -32,7 +33,7 @@ def undistorted(radius: float, k1: float, k2: float, k3: float) -> float:
     return r / radius if radius > 0.0 else 1.0
 
 
-@pg.kernel
+@pg.kernel(alike=True)
 def bent(color: Image, tan_half: float, k1: float, k2: float, k3: float, zoom: float, undo: Const[bool]) -> vec4:
     """Sample the other picture along the ray of this pixel."""
     size = vec2(output_size())
@@ -45,7 +46,7 @@ def bent(color: Image, tan_half: float, k1: float, k2: float, k3: float, zoom: f
     return color.sample(0.5 + 0.5 * ray * vec2(size.y / size.x, 1.0) / tan_half)
 
 
-@effect("lens-distortion", alpha="premultiplied")
+@effect("lens-distortion", alpha="premultiplied", alike=True)
 def lens_distortion(
     color: pg.Target,
     k1: Coefficient | pg.Value | pg.Derived = -0.2,
@@ -88,4 +89,4 @@ def lens_distortion(
     """
     light = decoded(color, f"{name}_light")
     half = mapped(vertical_fov_rad, tan_half)
-    return bent(light, half, k1, k2, k3, zoom, undo, into=into or pg.target(name, "rgba32f"), name=name)
+    return bent(light, half, k1, k2, k3, zoom, undo, into=result_like(light, into, name), name=name)

@@ -8,11 +8,12 @@ from typing import Annotated
 
 import passgraph as pg
 from passgraph.effects.checked import effect
+from passgraph.effects.pictures.channels import result_like
 from passgraph.effects.quantities import NotNegative, mapped, tan_half
 from passgraph.language import Image, dot, exp2, log2, output_size, pixel, vec2, vec4
 
 
-@pg.kernel
+@pg.kernel(alike=True)
 def darkened(color: Image, tan_half: float, strength: float) -> vec4:
     """Multiply the color by the fourth power of the cosine between this pixel's ray and the axis."""
     size = vec2(output_size())
@@ -22,7 +23,7 @@ def darkened(color: Image, tan_half: float, strength: float) -> vec4:
     return vec4(c.rgb * share, c.a)
 
 
-@effect("vignette")
+@effect("vignette", alike=True)
 def vignette(
     color: pg.Target,
     vertical_fov_rad: Annotated[float, pg.Range(0.001, 3.1, "radians")] | pg.Value | pg.Derived = 0.8,
@@ -52,4 +53,4 @@ def vignette(
     [0.255, 0.645, 1.0]
     """
     half = mapped(vertical_fov_rad, tan_half)
-    return darkened(color, half, strength, into=into or pg.target(name, "rgba32f"), name=name)
+    return darkened(color, half, strength, into=result_like(color, into, name), name=name)

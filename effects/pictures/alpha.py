@@ -96,6 +96,8 @@ def on_straight_alpha(
         return before(picture, into=into).border(picture.border_rule).filter(picture.filter_rule)
 
     def wrapper(color: pg.Target, *taken: Any, into: pg.TargetSpec | None = None, **given: Any) -> pg.Target:
+        if not any(_may_be_transparent(one) for one in (color, *given.values())):
+            return effect(color, *taken, **given) if into is None else effect(color, *taken, into=into, **given)
         inner = converted(color, before_first)
         given = {name: converted(one) if isinstance(one, pg.Target) else one for name, one in given.items()}
         result = effect(inner, *taken, **given)
@@ -114,3 +116,11 @@ def on_straight_alpha(
         return unpremultiply(result, into=into) if mode == "premultiplied" else with_alpha(result, color, into=into)
 
     return wrapper
+
+
+def _may_be_transparent(picture: object) -> bool:
+    """Return True for a picture with alpha, or whose channels are not declared."""
+    if not isinstance(picture, pg.Target):
+        return False
+    declared = picture.spec.format
+    return declared is None or declared.channels > 2

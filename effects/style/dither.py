@@ -10,6 +10,7 @@ import numpy as np
 
 import passgraph as pg
 from passgraph.effects.checked import effect
+from passgraph.effects.pictures.channels import result_like
 from passgraph.effects.style import blue_noise
 from passgraph.language import Const, Image, clamp, dot, floor, fract, ivec2, pixel, vec2, vec3, vec4
 
@@ -42,7 +43,7 @@ def at_threshold(color: vec4, levels: int, threshold: float) -> vec4:
     return vec4(min(floor(clamp(color.rgb, 0.0, 1.0) * steps + threshold) / steps, vec3(1.0)), color.a)
 
 
-@pg.kernel
+@pg.kernel(alike=True)
 def rounded(color: Image, levels: int, noise: Const[bool]) -> vec4:
     """Round by thresholds computed from the pixel's position."""
     p = pixel()
@@ -54,14 +55,14 @@ def rounded(color: Image, levels: int, noise: Const[bool]) -> vec4:
     return at_threshold(color[0, 0], levels, threshold)
 
 
-@pg.kernel
+@pg.kernel(alike=True)
 def rounded_by(color: Image, thresholds: Image, levels: int) -> vec4:
     """Round by the thresholds in a repeating picture."""
     p, size = pixel(), thresholds.size
     return at_threshold(color[0, 0], levels, thresholds.texel(ivec2(p.x % size.x, p.y % size.y)).r)
 
 
-@effect("dither")
+@effect("dither", alike=True)
 def dither(
     color: pg.Target,
     levels: Annotated[int, pg.Range(2, 256)] | pg.Value | pg.Derived = 4,
@@ -90,7 +91,7 @@ def dither(
     >>> np.unique(shown).tolist(), float(shown.mean())
     ([0.0, 1.0], 0.25)
     """
-    into = into or pg.target(name, "rgba32f")
+    into = result_like(color, into, name)
     if pattern == "blue-noise":
         size = (blue_noise.SIDE, blue_noise.SIDE)
         noise = pg.Input(f"{name}_thresholds", "r32f", size, static=True, default=blue_noise.thresholds())

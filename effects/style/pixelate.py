@@ -4,14 +4,17 @@
 # Values of the kernel language are Any to Python's type checkers.
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Annotated
 
 import passgraph as pg
 from passgraph.effects.checked import effect
+from passgraph.effects.pictures.channels import between, result_like
+from passgraph.graph.targets import Like
 from passgraph.language import Const, Image, ivec2, pixel, vec4
 
 
-@pg.kernel
+@pg.kernel(alike=True)
 def mean_of_block(color: Image, side: Const[int]) -> vec4:
     """Return the mean of a square's texels, without those beyond the picture's edge."""
     first = pixel() * side
@@ -25,13 +28,13 @@ def mean_of_block(color: Image, side: Const[int]) -> vec4:
     return total / max(count, 1.0)
 
 
-@pg.kernel
+@pg.kernel(alike=True)
 def block_of(blocks: Image, side: Const[int]) -> vec4:
     """Return the color of the square that contains this pixel."""
     return blocks.texel(pixel() // side)
 
 
-@effect("pixelate", alpha="premultiplied")
+@effect("pixelate", alpha="premultiplied", alike=True)
 def pixelate(
     color: pg.Target,
     size_px: Annotated[int, pg.Range(1, 64, "px")] = 8,
@@ -60,9 +63,10 @@ def pixelate(
     """
     if size_px == 1:
         return color
-    label = f"{name}_blocks"
+    label, result = f"{name}_blocks", result_like(color, into, name)
+    result = replace(result, size=result.size or Like(color))
     # a rounded-up size may have an extra square, which is never read
     blocks = mean_of_block(
-        color, size_px, into=pg.target(label, "rgba32f", like=color, scale=1.0 / size_px), name=label
+        color, size_px, into=pg.target(label, between(color, result), like=color, scale=1.0 / size_px), name=label
     )
-    return block_of(blocks, size_px, into=into or pg.target(name, "rgba32f", like=color), name=name)
+    return block_of(blocks, size_px, into=result, name=name)

@@ -34,6 +34,7 @@ from passgraph.commands.command_graph import (
     pictures_beside,
 )
 from passgraph.commands.frames import Converted, FramesJob, Settings, colors_of, red_of, run_clips
+from passgraph.commands.large_picture import large_picture, stored_dtype, takes_gray, tiled_job
 from passgraph.commands.named import named_effect
 from passgraph.commands.options import (
     Decorated,
@@ -73,6 +74,7 @@ from passgraph.files.pipe import Raw
 from passgraph.files.sequences import Held, Numbers, Pictures, Repeated, ToPictures, bits_of, is_made
 from passgraph.graph.targets import Input
 from passgraph.pictures import is_exr, split_layer
+from passgraph.plan.limits import bytes_of
 
 if TYPE_CHECKING:
     from fractions import Fraction
@@ -118,6 +120,15 @@ keep_layers_option = click.option(
     default=True,
     show_default=True,
     help="From .exr to .exr: keep other layers and parts, the data window and the attributes of INPUT.",
+)
+
+
+memory_option = click.option(
+    "--memory",
+    metavar="SIZE",
+    callback=lambda _, __, size: size and bytes_of(size),
+    help="Limit for pictures, such as 2GB. One picture that takes more is computed in tiles.  [default: half of the "
+    "machine's]",
 )
 
 
@@ -209,6 +220,7 @@ def command_of(effect: Effect) -> click.Command:
         "--raw", metavar="WxH:LAYOUT@RATE", help="Format of raw pixels in streams (-), such as 640x480:rgb24@25."
     )
     @bits_option
+    @memory_option
     @video_options
     @frames_option("one picture")
     @warm_up_option
@@ -349,14 +361,21 @@ def apply_to_one(
         return 0
     tell_of_several([picture])
     keeps = options["keep_layers"] and is_exr(picture) and is_exr(output)
+    layers, run = Layers(options["output_layer"], keeps), RunOptions.from_options(options)
+    if read.audio is None and not run.needs_whole_picture and layers.into is None:
+        large = large_picture(picture, options["linear"], run.memory, takes_gray=takes_gray(effect), alone=keeps)
+        dtype = stored_dtype(picture, output, bits)
+        tiles = large and tiled_job(effect, large, depth, parameters, run, dtype, read.depth_buffer)
+        if tiles:
+            tiles.run(output, run, options["color"])
+            return 0
     job = warmed_job(
         effect, parameters, options["warm_up"], read.audio,
         lambda given: picture_job(
             effect, picture, depth, options["linear"], given, read.depth_buffer, overscan=keeps
         ),
     )  # fmt: skip
-    layers = Layers(options["output_layer"], keeps)
-    run_and_save(job, output, RunOptions.from_options(options), bits, picture, options["color"], layers)
+    run_and_save(job, output, run, bits, picture, options["color"], layers)
     return 0
 
 

@@ -156,6 +156,13 @@ class RunOptions:
     non_finite: NonFinite = "error"
     #: As in :class:`passgraph.Options`.
     math: Math = "exact"
+    #: As for :func:`passgraph.compile`, in bytes.
+    memory: int | None = None
+
+    @property
+    def needs_whole_picture(self) -> bool:
+        """Return True if passes are looked at one by one, which tiles do not allow."""
+        return self.capture is not None or self.profile or self.check_finite
 
     @classmethod
     def from_options(cls, options: Mapping[str, Any]) -> Self:
@@ -184,7 +191,7 @@ def program_of(
     options = Options(fuse=not each_pass, alias=not each_pass, math=run.math)
     program = compile(
         outputs, run.backend, size, options, non_finite=run.non_finite,
-        check_finite=run.check_finite, results="stored" if as_stored else "float32",
+        check_finite=run.check_finite, results="stored" if as_stored else "float32", memory=run.memory,
     )  # fmt: skip
     try:
         check_computes(type(program.backend))  # the backend may come from the environment

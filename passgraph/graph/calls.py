@@ -22,7 +22,6 @@ from passgraph.language.scope import FunctionSource
 from passgraph.language.types import (
     FLOAT,
     UINT,
-    VEC3,
     VEC4,
     Array,
     ImageType,
@@ -73,10 +72,12 @@ class PixelKernel(Kernel, Generic[Made]):
     leveled: Callable[[frozenset[str]], ir.TypedKernel] | None = None
     #: The source text of the shader that it was parsed from.
     shader: ShaderText | None = None
+    #: Targets may have fewer channels than the result: they get the first ones.
+    alike = False
 
-    def __init__(self, function: FunctionSource, known_sizes: bool = False) -> None:
+    def __init__(self, function: FunctionSource, known_sizes: bool = False, alike: bool = False) -> None:
         super().__init__(function, "pixel")
-        self.known_sizes = known_sizes
+        self.known_sizes, self.alike = known_sizes, alike
 
     @classmethod
     def of_program(cls, program: ir.TypedKernel, known_sizes: bool = False) -> Self:
@@ -104,7 +105,7 @@ class PixelKernel(Kernel, Generic[Made]):
         bound = bind(self, arguments, named)
         specs = _specs(into, self, name)
         images, values, constants = split_arguments(self, bound)
-        kernel = _without_alpha(_with_levels(self, images), specs)
+        kernel = _narrowed(_with_levels(self, images), specs, alike=self.alike)
         for spec, result in zip(specs, kernel.program.results, strict=True):
             _check_result(self.name, spec, result.type)
         if any(spec in (t.spec for t in images.values() if not t.is_previous) for spec in specs):
@@ -156,14 +157,16 @@ def _with_levels(kernel: PixelKernel[Made], images: Mapping[str, Target]) -> Ker
     return kernel.computing(kernel.leveled(names))
 
 
-def _without_alpha(kernel: Kernel, specs: Sequence[TargetSpec]) -> Kernel:
-    """Return a kernel that drops the alpha of its vec4 results for targets with three channels: effects compute with
-    four channels, and most pictures have three."""
+def _narrowed(kernel: Kernel, specs: Sequence[TargetSpec], *, alike: bool) -> Kernel:
+    """Return a kernel that drops the last channels of vec4 results: alpha for targets with three channels, since
+    effects compute with four and most pictures have three; and what a target lacks if channels are computed ``alike``.
+    """
     program, results = kernel.program, list(kernel.program.results)
     for slot, (spec, result) in enumerate(zip(specs, results, strict=True)):
-        if spec.format.channels == 3 and result.type == VEC4:
-            colour = ir.Swizzle(VEC3, result.value, (0, 1, 2))
-            results[slot] = ir.Result(result.name, VEC3, colour)
+        channels = spec.format.channels
+        if result.type == VEC4 and (channels == 3 or (alike and channels < 3)):
+            type_ = FLOAT if channels == 1 else Vector(FLOAT, channels)
+            results[slot] = ir.Result(result.name, type_, ir.Swizzle(type_, result.value, tuple(range(channels))))
     if results == list(program.results):
         return kernel
     return kernel.computing(replace(program, results=tuple(results)))
@@ -369,17 +372,25 @@ class _Maker(Protocol):
 
 
 @overload
-def kernel(definition: Callable[..., One], *, known_sizes: bool = False) -> PixelKernel[Target]: ...
+def kernel(
+    definition: Callable[..., One], *, known_sizes: bool = False, alike: bool = False
+) -> PixelKernel[Target]: ...
 @overload
-def kernel(definition: Callable[..., Two], *, known_sizes: bool = False) -> PixelKernel[Pair]: ...
+def kernel(definition: Callable[..., Two], *, known_sizes: bool = False, alike: bool = False) -> PixelKernel[Pair]: ...
 @overload
-def kernel(definition: Callable[..., Three], *, known_sizes: bool = False) -> PixelKernel[Triple]: ...
+def kernel(
+    definition: Callable[..., Three], *, known_sizes: bool = False, alike: bool = False
+) -> PixelKernel[Triple]: ...
 @overload
-def kernel(definition: Callable[..., object], *, known_sizes: bool = False) -> PixelKernel[Any]: ...
+def kernel(
+    definition: Callable[..., object], *, known_sizes: bool = False, alike: bool = False
+) -> PixelKernel[Any]: ...
 @overload
-def kernel(*, known_sizes: bool = False) -> _Maker: ...
+def kernel(*, known_sizes: bool = False, alike: bool = False) -> _Maker: ...
 @overload
-def kernel(*, source: str, name: str | None = None, known_sizes: bool = False) -> PixelKernel[Any]: ...
+def kernel(
+    *, source: str, name: str | None = None, known_sizes: bool = False, alike: bool = False
+) -> PixelKernel[Any]: ...
 @overload
 def kernel(*, glsl: str, name: str | None = None, known_sizes: bool = False) -> PixelKernel[Any]: ...
 def kernel(
@@ -389,13 +400,15 @@ def kernel(
     glsl: str | None = None,
     name: str | None = None,
     known_sizes: bool = False,
+    alike: bool = False,
 ) -> PixelKernel[Any] | _Maker:
     """Make a kernel that runs once for each pixel of its target(s).
 
     Use it as a decorator, or give ``source``: text is parsed and never executed, so untrusted text is safe.  ``glsl``
     is the text of a fragment shader instead (docs/shaders.md): its uniforms become the parameters, samplers first, and
     ``name`` names the kernel.  With ``known_sizes`` the kernel is compiled for the sizes in the plan: ``image.size``
-    and ``output_size()`` are constants, branches on them cost nothing, and other sizes compile it again.
+    and ``output_size()`` are constants, branches on them cost nothing, and other sizes compile it again.  ``alike``
+    states that every channel is computed like the first: targets with fewer channels get the first ones.
 
     Raises
     ------
@@ -409,13 +422,14 @@ def kernel(
     <passgraph pixel kernel invert(color: Image)>
     """
     flag(known_sizes, "a kernel's known_sizes")
+    flag(alike, "a kernel's alike")
     if glsl is not None:
         if definition is not None or source is not None:
             raise GraphError("a kernel is made from a function, from source=... or from glsl=..., one of the three")
         return PixelKernel.of_shader(_shader(glsl, name), known_sizes)
-    if definition is None and source is None and name is None and known_sizes:
-        return lambda marked: PixelKernel(_definition(marked, None, None), known_sizes)
-    return PixelKernel(_definition(definition, source, name), known_sizes)
+    if definition is None and source is None and name is None and (known_sizes or alike):
+        return lambda marked: PixelKernel(_definition(marked, None, None), known_sizes, alike)
+    return PixelKernel(_definition(definition, source, name), known_sizes, alike)
 
 
 def vertex(

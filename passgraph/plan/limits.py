@@ -197,16 +197,34 @@ def format_bytes(count: int) -> str:
     return f"{count / 1e9:.1f} GB" if count >= 10**9 else f"{-(-count // 10**6)} MB"
 
 
+def enough(count: int) -> str:
+    """Return a size of memory to ask for, rounded up, as options and ``memory=`` take it.
+
+    >>> enough(1_230_000_001), enough(1)
+    ('1.3GB', '1MB')
+    """
+    return f"{-(-count // 10**8) / 10:.1f}GB" if count >= 10**9 else f"{-(-count // 10**6)}MB"
+
+
 @cache
 def machine_memory() -> int:
-    """Return the memory of the machine, or of the container that this process runs in, in bytes."""
-    limits = [_physical_memory()]
+    """Return the memory of the machine, of the container, or that the process may have (``ulimit -v``), in bytes."""
+    limits = [_physical_memory(), *_process_limits()]
     for name in _CGROUPS:
         try:
             limits.append(int(Path(name).read_text()))
         except (OSError, ValueError):  # no such group, or "max"
             continue
     return min(limits)
+
+
+def _process_limits() -> list[int]:
+    if sys.platform == "win32":
+        return []
+    import resource
+
+    limits = [resource.getrlimit(kind)[0] for kind in (resource.RLIMIT_AS, resource.RLIMIT_DATA)]
+    return [limit for limit in limits if limit != resource.RLIM_INFINITY]
 
 
 def _physical_memory() -> int:
@@ -237,5 +255,5 @@ def check_memory(plan: Plan, allowed: int | None) -> None:
     raise GraphError(
         f"the targets of this graph take {format_bytes(plan.bytes)}, and at most {format_bytes(limit)} are allowed, "
         f"{why}; the largest are {named}. Make them smaller, compute in tiles (pg.tiled), or allow more: pg.compile(…, "
-        "memory='16 GB')"
+        "memory='16 GB'), on the command line --memory 16GB"
     )

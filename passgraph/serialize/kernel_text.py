@@ -245,7 +245,10 @@ class KernelReader:
             document.wrong(f"{where}.stage", f"one of {', '.join(_STAGES)}", stage)
         with document.at(where):
             parsed = (
-                PixelKernel(definition, known_sizes) if stage == "pixel" else Kernel(definition, cast(ir.Stage, stage))
+                # The kernel's target says how many of its channels the pass computes.
+                PixelKernel(definition, known_sizes, alike=True)
+                if stage == "pixel"
+                else Kernel(definition, cast(ir.Stage, stage))
             )
             return self._counted(self._with_math(parsed, record["math"], where), where)
 

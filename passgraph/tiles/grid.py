@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from passgraph.arguments import shown
 from passgraph.errors import InputError
-from passgraph.plan.limits import format_bytes
+from passgraph.plan.limits import enough, format_bytes
 from passgraph.plan.window import Footprint, Halo, windows
 
 Numbers: TypeAlias = NDArray[Any]
@@ -213,7 +213,7 @@ def grid_of(
 
     Raises
     ------
-    InputError : the smallest or the requested tile does not fit
+    TooLittleMemoryError : the smallest or the requested tile does not fit
     """
     pixels_in_memory = (memory - cost.fixed) // max(1, cost.pixel)
     if tile is not None:
@@ -221,7 +221,7 @@ def grid_of(
         core = (size[0] if footprint.wide else core[0], size[1] if footprint.high else core[1])
         tiles = _grid(size, core, footprint.halo, cost)
         if tiles.bytes > memory:
-            raise _too_little(memory, tiles, footprint)
+            raise TooLittleMemoryError(memory, tiles, footprint)
         return tiles
     candidates: list[Grid] = []
     pixels = min(pixels_in_memory, MOST_PIXELS, max(LEAST_PIXELS, size[0] * size[1] // LEAST_TILES))
@@ -235,7 +235,7 @@ def grid_of(
     if candidates:
         return min(candidates, key=lambda grid: _overhead(grid, block))
     smallest = (size[0] if footprint.wide else 1, size[1] if footprint.high else 1)
-    raise _too_little(memory, _grid(size, smallest, footprint.halo, cost), footprint)
+    raise TooLittleMemoryError(memory, _grid(size, smallest, footprint.halo, cost), footprint)
 
 
 def _grid(size: tuple[int, int], core: tuple[int, int], halo: Halo, cost: Cost) -> Grid:
@@ -273,9 +273,14 @@ def _overhead(grid: Grid, block: tuple[int, int]) -> float:
     return width * height / (across * down) * (1.5 if cuts else 1.0)
 
 
-def _too_little(memory: int, grid: Grid, footprint: Footprint) -> InputError:
-    reasons = "".join(f"; {reason}" for reason in (footprint.wide, footprint.high) if reason)
-    return InputError(
-        f"memory of {format_bytes(memory)} is too little: a tile of {grid.core[0]}x{grid.core[1]} pixels, read with "
-        f"{grid.window[0]}x{grid.window[1]}, takes {format_bytes(grid.bytes)}{reasons}; give more, or fewer passes"
-    )
+class TooLittleMemoryError(InputError):
+    """Raised if the smallest tile, or the one asked for, takes more than the memory; it takes ``needed`` bytes."""
+
+    def __init__(self, memory: int, grid: Grid, footprint: Footprint) -> None:
+        reasons = "".join(f"; {reason}" for reason in (footprint.wide, footprint.high) if reason)
+        super().__init__(
+            f"memory of {format_bytes(memory)} is too little: a tile of {grid.core[0]}x{grid.core[1]} pixels, read "
+            f"with {grid.window[0]}x{grid.window[1]}, takes {format_bytes(grid.bytes)}{reasons}; give at least "
+            f"{enough(grid.bytes)}"
+        )
+        self.needed = grid.bytes

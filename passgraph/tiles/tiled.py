@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from passgraph import arguments
-from passgraph.color_tags import ColorSpace
+from passgraph.color_tags import ColorSpace, Recoded
 from passgraph.errors import InputError
 from passgraph.image_formats import Metadata
 from passgraph.pictures import metadata_of
@@ -39,7 +39,7 @@ def tiled(
     dtype: object = None,
     tile: tuple[int, int] | None = None,
     size: tuple[int, int] | None = None,
-    color: str | None = None,
+    color: ColorSpace | Recoded | str | None = None,
     backend: str | Backend | None = None,
     options: Options | None = None,
     non_finite: NonFinite = "error",
@@ -136,18 +136,25 @@ def _runner(job: Job, client: Client | None, memory: int | str, stack: ExitStack
     return lambda advance: ClusterRun(client, job, block_cache_bytes(memory)).all(advance)
 
 
-def _notes(sources: Mapping[str, Source], pictures: object, color: str | None) -> Metadata:
+def _notes(sources: Mapping[str, Source], pictures: object, color: ColorSpace | Recoded | str | None) -> Metadata:
     """Return the metadata that a result keeps of the first input: color profile, resolution, and opacity."""
     name, source = next(iter(sources.items()), ("", None))
     picture = pictures.get(name) if isinstance(pictures, Mapping) else pictures
     metadata = metadata_of(Path(picture)) if isinstance(picture, (str, os.PathLike)) else Metadata()
     if color is not None:
-        metadata = metadata.in_space(ColorSpace(color, arguments.string(color, "tiled: color")))
+        if not isinstance(color, (ColorSpace, Recoded)):
+            color = ColorSpace(color, arguments.string(color, "tiled: color"))
+        metadata = metadata.in_space(color)
     return replace(metadata, opaque=source is not None and source.shape[2] in (1, 3))
 
 
 def _sinks(
-    plan: Plan, outputs: object, dtype: object, sources: Mapping[str, Source], pictures: object, color: str | None
+    plan: Plan,
+    outputs: object,
+    dtype: object,
+    sources: Mapping[str, Source],
+    pictures: object,
+    color: ColorSpace | Recoded | str | None,
 ) -> dict[str, Sink]:
     names = list(plan.outputs)
     if not isinstance(outputs, Mapping):
