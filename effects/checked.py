@@ -188,7 +188,7 @@ def effect(
         the `passgraph.color_tags.ColorSpace` of its results, or None if the colors stay in their space. `apply` writes
         its tags into files, instead of the source's
     alike : True for an effect that computes every channel like the first: it takes and gives pictures of one and two
-        channels too (`passgraph.effects.pictures.channels`), such as gray ones
+        channels too (`passgraph.effects.channels`), such as gray ones
     """
 
     mark = Mark(

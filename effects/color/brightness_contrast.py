@@ -5,8 +5,8 @@
 from __future__ import annotations
 
 import passgraph as pg
+from passgraph.effects.channels import result_like
 from passgraph.effects.checked import effect
-from passgraph.effects.pictures.channels import result_like
 from passgraph.effects.quantities import NotNegative
 from passgraph.language import Image, vec4
 

@@ -9,8 +9,8 @@ from math import ceil, exp
 from typing import Annotated, Any
 
 import passgraph as pg
+from passgraph.effects.channels import between, result_like
 from passgraph.effects.checked import effect
-from passgraph.effects.pictures.channels import between, result_like
 from passgraph.formats import FORMATS
 from passgraph.language import Const, Image, vec4
 

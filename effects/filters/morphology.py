@@ -7,8 +7,8 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 import passgraph as pg
+from passgraph.effects.channels import between, result_like
 from passgraph.effects.checked import effect
-from passgraph.effects.pictures.channels import between, result_like
 from passgraph.language import Const, Image, vec4
 
 Operation = Literal["erode", "dilate", "open", "close"]

@@ -8,8 +8,8 @@ from math import cos, sin
 from typing import Annotated, Literal
 
 import passgraph as pg
+from passgraph.effects.channels import between, result_like
 from passgraph.effects.checked import effect
-from passgraph.effects.pictures.channels import between, result_like
 from passgraph.effects.pictures.decoded import decoded
 from passgraph.effects.quantities import Place, Share, combined
 from passgraph.language import Array, Image, output_size, pixel, vec2, vec4

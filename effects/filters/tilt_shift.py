@@ -8,9 +8,9 @@ from math import ceil
 from typing import Annotated
 
 import passgraph as pg
+from passgraph.effects.channels import between, result_like
 from passgraph.effects.checked import effect
 from passgraph.effects.filters.blur import SIGMAS
-from passgraph.effects.pictures.channels import between, result_like
 from passgraph.effects.pictures.decoded import decoded
 from passgraph.effects.quantities import Place, Share, axis_of, mapped
 from passgraph.language import Const, Image, dot, exp, output_size, pixel, vec2, vec4

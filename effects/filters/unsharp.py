@@ -7,9 +7,9 @@ from __future__ import annotations
 from typing import Annotated
 
 import passgraph as pg
+from passgraph.effects.channels import between, result_like
 from passgraph.effects.checked import effect
 from passgraph.effects.filters.blur import gaussian_blur
-from passgraph.effects.pictures.channels import between, result_like
 from passgraph.effects.pictures.decoded import decoded
 from passgraph.effects.quantities import NotNegative
 from passgraph.language import Image, clamp, vec4

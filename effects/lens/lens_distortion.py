@@ -7,8 +7,8 @@ from __future__ import annotations
 from typing import Annotated
 
 import passgraph as pg
+from passgraph.effects.channels import result_like
 from passgraph.effects.checked import effect
-from passgraph.effects.pictures.channels import result_like
 from passgraph.effects.pictures.decoded import decoded
 from passgraph.effects.quantities import mapped, tan_half
 from passgraph.language import Const, Image, clamp, dot, length, output_size, pixel, vec2, vec4

@@ -9,8 +9,8 @@ from typing import Annotated, Literal
 import numpy as np
 
 import passgraph as pg
+from passgraph.effects.channels import result_like
 from passgraph.effects.checked import effect
-from passgraph.effects.pictures.channels import result_like
 from passgraph.effects.style import blue_noise
 from passgraph.language import Const, Image, clamp, dot, floor, fract, ivec2, pixel, vec2, vec3, vec4
 

@@ -8,8 +8,8 @@ from dataclasses import replace
 from typing import Annotated
 
 import passgraph as pg
+from passgraph.effects.channels import between, result_like
 from passgraph.effects.checked import effect
-from passgraph.effects.pictures.channels import between, result_like
 from passgraph.graph.targets import Like
 from passgraph.language import Const, Image, ivec2, pixel, vec4
 
