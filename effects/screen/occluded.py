@@ -30,7 +30,7 @@ def occluded(
     radius: Reach | pg.Value = 0.5,
     method: Method = "gtao",
     slices: Slices = 2,
-    steps: Steps = 4,
+    steps: Steps = 8,
     thickness: Share = 0.0,
     power: NotNegative | pg.Value = 1.0,
     half_resolution: bool = False,
@@ -55,8 +55,7 @@ def occluded(
     thickness : for gtao: by how much a horizon sinks again toward each lower tap behind it
     power : exponent of the visibility: 1 is physical, more is darker
     half_resolution : search at half the width and height, then upsample along surfaces
-    most_frames : from 2 on, average over frames, with other noise in each: 1 slice of 8 steps is nearer
-        to the truth then than 2 of 4 in one frame
+    most_frames : from 2 on, average over frames, with other noise in each; 1 slice suffices then
     camera : the camera of both, from `passgraph.Camera.from_matrices` for an engine's, or its run value. Default: one
         with ``vertical_fov_rad``
     previous_camera : with ``most_frames``, the camera of the frame before; default: it does not move

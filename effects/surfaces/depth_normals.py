@@ -18,6 +18,8 @@ from passgraph.language import Image, output_size, uv, vec2, vec4
 
 #: Deviation of a neighbor without a surface: it fits no plane.
 NO_SURFACE = 1e30
+#: Pixels along a row, or a column, that are searched in the next one where a surface is one pixel wide.
+FARTHEST_PX = 3
 #: Largest deviation of a pixel from a line that it is on, relative to `linear_on_planes`.
 ROUNDING = 4e-6
 
@@ -72,6 +74,26 @@ def normals_of_depth(depth: Image, frame: ViewFrame) -> vec4:
         line_through(frame, far, depth[0, 1].r, depth[0, 2].r),
         rounding,
     )
+    # The tip of a plane may be one pixel wide, where no neighbor tells the slope across: a pixel one row or column away
+    # does. With none at all, the surface faces the eye.
+    if depth[0, -1].r <= 0.0 and depth[0, 1].r <= 0.0:
+        up = NO_SURFACE
+        for k in range(1, FARTHEST_PX + 1):
+            for corner in range(4):
+                dx, dy = k * (1 - 2 * (corner & 1)), (corner & 2) - 1
+                there = depth[dx, dy].r
+                found = (right * float(dx) - rise(frame, far, there)) * float(dy)
+                up = found if there > 0.0 and abs(found) < abs(up) else up
+        up = up if up < NO_SURFACE else 0.0
+    elif depth[-1, 0].r <= 0.0 and depth[1, 0].r <= 0.0:
+        right = NO_SURFACE
+        for k in range(1, FARTHEST_PX + 1):
+            for corner in range(4):
+                dx, dy = (corner & 2) - 1, k * (1 - 2 * (corner & 1))
+                there = depth[dx, dy].r
+                found = (rise(frame, far, there) + up * float(dy)) * float(dx)
+                right = found if there > 0.0 and abs(found) < abs(right) else right
+        right = right if right < NO_SURFACE else 0.0
     slope = vec2(right, up) / pixel_step(frame, output_size(), 1.0)
     # packing takes any length
     packed = pack_normal(across_plane(frame, flat_place(frame, uv()), far, slope))
