@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -29,6 +29,7 @@ class EffectChain(Effect):
     ----------
     parts : name in the chain → effect; a second bloom is "bloom-2"
     converts_alpha : each effect gets alpha as it wants it; False for opaque pictures
+    order : the names of the parts that run, in order; by default all of them
 
     An effect that wants linear light gets it, also behind one whose results are colors for a display. If there is one
     of those, the result is encoded for a display.
@@ -36,6 +37,7 @@ class EffectChain(Effect):
 
     parts: Mapping[str, Effect]
     converts_alpha: bool = True
+    order: tuple[str, ...] | None = None
 
     @classmethod
     def of(cls, effects: list[Effect]) -> EffectChain:
@@ -46,31 +48,45 @@ class EffectChain(Effect):
         InputError
             For an effect that reads no picture, or a keyboard or sound.
         """
-        seen: Counter[str] = Counter()
-        parts: dict[str, Effect] = {}
         for effect in effects:
             if not effect.takes.startswith("picture"):
                 raise InputError(f"effect {effect.name} takes a {effect.takes}; in a chain each takes a picture")
             if effect.signals:
                 raise InputError(f"effect {effect.name} reads {effect.signals[0]}; in a chain none does: run it alone")
-            seen[effect.name] += 1
-            parts[effect.name if seen[effect.name] == 1 else f"{effect.name}-{seen[effect.name]}"] = effect
         takes: Takes = "picture+depth" if any(effect.takes == "picture+depth" for effect in effects) else "picture"
         name = f"{SEPARATOR} ".join(effect.name for effect in effects)
         summary = " Then: ".join(effect.summary for effect in effects)
-        chain = cls(name, name, takes, summary, parts=parts)
+        chain = cls(name, name, takes, summary, parts=_named_apart(effects))
         return replace(chain, loaded=chain.build)
 
-    def _prefixed(self) -> Iterator[tuple[str, str, Effect]]:
-        """Yield the name, the prefix of parameters, and the effect of each part."""
-        for name, effect in self.parts.items():
-            yield name, f"{name.replace('-', '_')}_", effect
+    def arranged(self, order: Iterable[str]) -> EffectChain:
+        """Return the chain with these parts in this order; it takes the same pictures and parameters.
+
+        Raises
+        ------
+        InputError
+            For a name that no part has, or one given twice.
+        """
+        names = tuple(order)
+        if not set(names) <= set(self.parts) or len(set(names)) < len(names):
+            raise InputError(f"the parts of this chain are {', '.join(self.parts)}, each once; got {', '.join(names)}")
+        chain = replace(self, order=names)
+        return replace(chain, loaded=chain.build)
+
+    def alone(self, parameters: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
+        """Return the text that names the parts that run, and their parameters by the names that they have there."""
+        running = {name: self.parts[name] for name in (self.parts if self.order is None else self.order)}
+        renamed = [""] if len(running) == 1 else [prefix for _, prefix, _ in _prefixed(_named_apart(running.values()))]
+        given: dict[str, Any] = {}
+        for (_, before, effect), prefix in zip(_prefixed(running), renamed, strict=True):
+            given |= {prefix + name: value for name, value in _of_part(effect, before, parameters).items()}
+        return f"{SEPARATOR} ".join(effect.name for effect in running.values()), given
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
         return tuple(
             replace(parameter, name=prefix + parameter.name)
-            for _, prefix, effect in self._prefixed()
+            for _, prefix, effect in _prefixed(self.parts)
             for parameter in effect.parameters
         )
 
@@ -88,11 +104,11 @@ class EffectChain(Effect):
 
     @property
     def frame_time(self) -> str | None:
-        return next((prefix + e.frame_time for _, prefix, e in self._prefixed() if e.frame_time is not None), None)
+        return next((prefix + e.frame_time for _, prefix, e in _prefixed(self.parts) if e.frame_time is not None), None)
 
     def result_space(self, parameters: Mapping[str, Any]) -> ColorSpace | None:
         found = None
-        for _, prefix, effect in self._prefixed():
+        for _, prefix, effect in _prefixed(self.parts):
             found = effect.result_space(_of_part(effect, prefix, parameters)) or found
         return found
 
@@ -104,7 +120,9 @@ class EffectChain(Effect):
 
         picture, *depth = pictures
         is_light = self.linear
-        for name, prefix, effect in self._prefixed():
+        prefixed = {name: (prefix, effect) for name, prefix, effect in _prefixed(self.parts)}
+        for name in self.parts if self.order is None else self.order:
+            prefix, effect = prefixed[name]
             if effect.linear and not is_light:
                 picture, is_light = as_light(picture), True
             given = _of_part(effect, prefix, parameters)
@@ -121,6 +139,22 @@ class EffectChain(Effect):
         if not self.converts_alpha or effect.alpha == "straight":
             return one_target(*pictures, **given)
         return on_straight_alpha(one_target, effect.alpha)(*pictures, **given)
+
+
+def _named_apart(effects: Iterable[Effect]) -> dict[str, Effect]:
+    """Return effects by name; a second bloom is "bloom-2"."""
+    seen: Counter[str] = Counter()
+    parts: dict[str, Effect] = {}
+    for effect in effects:
+        seen[effect.name] += 1
+        parts[effect.name if seen[effect.name] == 1 else f"{effect.name}-{seen[effect.name]}"] = effect
+    return parts
+
+
+def _prefixed(parts: Mapping[str, Effect]) -> Iterator[tuple[str, str, Effect]]:
+    """Yield the name, the prefix of parameters, and the effect of each part."""
+    for name, effect in parts.items():
+        yield name, f"{name.replace('-', '_')}_", effect
 
 
 def _of_part(effect: Effect, prefix: str, parameters: Mapping[str, Any]) -> dict[str, Any]:

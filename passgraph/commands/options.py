@@ -254,6 +254,8 @@ class EffectCommand(click.Command):
 
     #: The default effect.
     default_effect: str | None = None
+    #: The arguments that name an effect, for help.
+    naming: str = "--effect NAME"
     #: Kinds of inputs of the command's effects.
     takes: tuple[str, ...] = ("picture", "picture+depth", "nothing", "scene", "world2d")
 
@@ -266,10 +268,14 @@ class EffectCommand(click.Command):
             if at is not None:
                 named = args[at]
                 args = ["--effect", named, *args[:at], *args[at + 1 :]]
+        self.choose(ctx, named)
+        return super().parse_args(ctx, args)
+
+    def choose(self, ctx: click.Context, named: str | None) -> None:
+        """Set the effect whose options the command has."""
         ctx.meta[_NAMED] = named
         if named is not None or self.default_effect is not None:
             ctx.meta[_CHOSEN] = self._chosen(named or str(self.default_effect))
-        return super().parse_args(ctx, args)
 
     def _named(self, args: Sequence[str]) -> str | None:
         """Return the value of --effect, before the options are parsed."""
@@ -313,12 +319,12 @@ class EffectCommand(click.Command):
         if effect is not None:
             rows = [record for o in options_of(effect) if (record := o.get_help_record(ctx)) is not None]
             if rows:
-                with formatter.section(f"Parameters of --effect {effect.name}"):
+                with formatter.section(f"Parameters of {effect.name}"):
                     formatter.write_dl(rows)
         if not ctx.meta.get(_NAMED):
             # Help for the parameters of all effects would take a second to import, and four screens.
             formatter.write_paragraph()
-            formatter.write_text(f"Effects; {ctx.command_path} --effect NAME --help shows the parameters of one:")
+            formatter.write_text(f"Effects; {ctx.command_path} {self.naming} --help shows the parameters of one:")
             for family, effects in by_family(self.effects()).items():
                 with formatter.section(family):
                     formatter.write_dl([(effect.name, effect.summary) for effect in effects])

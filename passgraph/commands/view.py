@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,10 +23,19 @@ from passgraph.commands.command_graph import (
     load_scene,
     scene_job,
 )
+from passgraph.commands.effect_chain import SEPARATOR, EffectChain
 from passgraph.commands.input_values import written_value
-from passgraph.commands.named import file_and_name, named_effect
-from passgraph.commands.options import backend_option, complete_effect, flag_of, size_option
+from passgraph.commands.named import file_and_name, is_named, named_effect
+from passgraph.commands.options import (
+    EffectCommand,
+    backend_option,
+    complete_effect,
+    flag_of,
+    given_parameters,
+    size_option,
+)
 from passgraph.commands.sound import audio_picture, open_audio, split_sound
+from passgraph.effects.checked import POSITIONAL
 from passgraph.effects.effect_table import Effect
 from passgraph.errors import InputError
 from passgraph.files.names import is_picture, is_video
@@ -47,18 +57,33 @@ class EffectSubject:
         size: tuple[int, int],
         linear: bool | None,
         audio: Path | None = None,
+        given: Mapping[str, Any] | None = None,
     ) -> None:
         self.effect = named_effect(text)
+        #: Parameters from the command line, which controls begin with.
+        self.given = dict(given or {})
         pictures, audio = split_sound(self.effect, tuple(inputs), audio)
         self.text, self.inputs, self.size, self.linear = text, list(pictures), size, linear
         self.name = self.effect.name
         path, _ = file_and_name(text)
         self.files = [] if path is None else [path]
+        self._name_further_pictures()
         self._frames = Frames(self.inputs[0]) if self.inputs and self.effect.takes.startswith("picture") else None
         self._depth: NDArray[np.float32] | None = None
         self._scene: Scene | None = None
         self._check_inputs()
         self._audio = open_audio(self.effect, audio)
+
+    def _name_further_pictures(self) -> None:
+        """Take pictures after the effect's inputs as its picture parameters, in order."""
+        if not self.effect.takes.startswith("picture"):
+            return
+        count = POSITIONAL[self.effect.takes]
+        names = [p.name for p in self.effect.parameters if p.type == "picture" and p.name not in self.given]
+        if len(self.inputs) > count + len(names):
+            raise InputError(f"{self.inputs[count + len(names)]}: effect {self.name} reads no further picture")
+        self.given |= dict(zip(names, map(Path, self.inputs[count:]), strict=False))
+        del self.inputs[count:]
 
     def _check_inputs(self) -> None:
         takes = self.effect.takes
@@ -79,16 +104,21 @@ class EffectSubject:
     def load(self) -> Loaded:
         self.effect = named_effect(self.text)
         effect = self._on_pictures(self.effect)
-        controls = [Control.of(parameter) for parameter in effect.parameters]
+        found = filter(None, map(Control.of, effect.parameters))
+        controls = [replace(one, default=_shown(self.given.get(one.name, one.default))) for one in found]
+        if isinstance(effect, EffectChain):
+            names = tuple(effect.parts)
+            controls.insert(0, Control(STACK, "stack", ", ".join(names), choices=names))
         is_light = self._frames is not None and self._is_linear and not self.effect.encodes
-        return Loaded(tuple(c for c in controls if c is not None), lambda values: self._draw(effect, values), is_light)
+        return Loaded(tuple(controls), lambda values: self._draw(effect, values), is_light)
 
     def _on_pictures(self, effect: Effect) -> Effect:
         """Return the effect as `apply` runs it: with premultiplied alpha if it mixes pixels that may be transparent."""
         return effect if self._frames is None else with_straight_alpha(effect, effect.alpha, encoded=False)
 
     def _draw(self, effect: Effect, values: Mapping[str, Any]) -> Drawing:
-        parameters = dict(values)
+        parameters = {**self.given, **values}
+        effect = _arranged(effect, parameters)
         if effect.takes in ("scene", "world2d"):
             path = Path(self.inputs[0]) if self.inputs else None
             if effect.takes == "scene":
@@ -97,9 +127,6 @@ class EffectSubject:
                 parameters.setdefault("display", True)
             job = scene_job(effect, path, self.size, parameters, self._scene)
             return Drawing(job.outputs, job.size, job.given)
-        others = self.inputs[2 if effect.takes == "picture+depth" else 1 :]
-        pictures = [parameter.name for parameter in effect.parameters if parameter.type == "picture"]
-        parameters |= dict(zip(pictures, map(Path, others), strict=False))
         if self._frames is None:
             job = generator_job(effect, None, self.size, parameters)
         else:
@@ -133,22 +160,49 @@ class EffectSubject:
         return None if self._audio is None else audio_picture(self._audio, self.effect, values, number)
 
     def command(self, values: Mapping[str, Any]) -> str:
-        words = (
-            ["passgraph", "render", "--effect", self.text]
-            if self.effect.takes in ("scene", "world2d")
-            else ["passgraph", "apply", self.text]
-        )
-        words += [*self.inputs, *([] if self._audio is None else ["--audio", str(self._audio.path)]), "-o", "out.png"]
-        for name, value in values.items():
-            parameter = next((one for one in self.effect.parameters if one.name == name), None)
-            if parameter is None or value is None or value == parameter.default:
+        text, values = self.text, {**self.given, **values}
+        effect = _arranged(self.effect, values)
+        if isinstance(effect, EffectChain):
+            text, values = effect.alone(values)
+            if not text:
+                return ""
+            effect = named_effect(text)
+        words = ["passgraph", "render", "--effect"] if effect.takes in ("scene", "world2d") else ["passgraph", "apply"]
+        words += [text, *self._words_of_inputs(), "-o", "out.png"]
+        for parameter in effect.parameters:
+            value = values.get(parameter.name)
+            if value is None or value == parameter.default:
                 continue
             flag = flag_of(parameter)
             if parameter.type == "bool":
                 words.append(flag if value else flag.replace("--", "--no-", 1))
             else:
-                words += [flag, written_value(value)]
+                words += [flag, str(value) if isinstance(value, Path) else written_value(value)]
         return shlex.join(words)
+
+    def _words_of_inputs(self) -> list[str]:
+        picture, depth = self.inputs, list[str]()
+        if self.effect.takes == "picture+depth":
+            picture, depth = self.inputs[:1], ["--depth", self.inputs[1]]
+        return [*picture, *depth, *([] if self._audio is None else ["--audio", str(self._audio.path)])]
+
+
+#: The control of the order of a chain's effects.
+STACK = "order"
+
+
+def _arranged(effect: Effect, values: dict[str, Any]) -> Effect:
+    """Return the effect with a chain's parts as their control has them, which is taken from the values."""
+    order = values.pop(STACK, None) if isinstance(effect, EffectChain) else None
+    if not isinstance(effect, EffectChain) or not isinstance(order, str):
+        return effect
+    names = [name.strip() for name in order.split(SEPARATOR)]
+    return effect.arranged(name for name in names if name and not name.startswith("-"))
+
+
+def _shown(value: Any) -> Any:
+    """Return a value as controls have it: a list for several numbers."""
+    return list(value) if isinstance(value, tuple) else value
 
 
 class Frames:
@@ -181,7 +235,18 @@ class Frames:
         raise InputError(f"{self.path}: has no frame {number + 1}")
 
 
-@click.command()
+class _ViewCommand(EffectCommand):
+    """A command with the options of the effect that its first argument names."""
+
+    naming = "NAME"
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        named = next((argument for argument in args if is_named(argument)), None)
+        self.choose(ctx, named)
+        return click.Command.parse_args(self, ctx, args)
+
+
+@click.command(cls=_ViewCommand)
 @click.argument("effect", metavar="EFFECT|FILE[:NAME]", shell_complete=complete_effect)
 @click.argument("inputs", metavar="[INPUT...]", nargs=-1, type=click.Path())
 @backend_option
@@ -197,9 +262,10 @@ class Frames:
 )
 @click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port of the page; 0 takes a free one.")
 @click.option("--open/--no-open", "opens", default=True, help="Open the page in the browser.  [default: open]")
+@click.pass_context
 def view(
-    effect: str, inputs: tuple[str, ...], backend: str | None, size: tuple[int, int], linear: bool | None,
-    audio: Path | None, port: int, opens: bool,
+    ctx: click.Context, /, effect: str, inputs: tuple[str, ...], backend: str | None, size: tuple[int, int],
+    linear: bool | None, audio: Path | None, port: int, opens: bool, **_: Any,
 ) -> int:  # fmt: skip
     """Show EFFECT live in the browser: its parameters, targets, passes and pixels.
 
@@ -207,10 +273,13 @@ def view(
     folder, a numbered sequence, a video; a scene for effects that render one. When the file is saved, the new picture
     is shown; an error is shown over the last good picture.
 
+    Parameters begin with the values of options, as in `apply`: --threshold 0.3, --to after.png. Of several effects,
+    "bloom, tone-map, vignette", the page changes the order, and switches each on and off.
+
     The page is served on this machine only. Its address has a token; on another machine, forward the port:
     ssh -L PORT:127.0.0.1:PORT host.
     """
-    subject = EffectSubject(effect, inputs, size, linear, audio)
+    subject = EffectSubject(effect, inputs, size, linear, audio, given_parameters(ctx))
     try:
         from passgraph.viewer.server import View
     except ImportError as error:

@@ -24,11 +24,12 @@ class Control:
     Attributes
     ----------
     name : the parameter's name
-    kind : "float", "int", "bool", "choice", "color" (three floats), "vector" (several numbers) or "text"
+    kind : "float", "int", "bool", "choice", "color" (three floats), "vector" (several numbers), "text", or "stack": the
+        names of ``choices`` in an order, with commas between them, and "-" before one that is switched off
     default : the default; None if the effect chooses
     low, high : the range; None for an open end
     unit, help : texts, perhaps empty
-    choices : the values of a "choice"
+    choices : the values of a "choice", the names of a "stack"
     """
 
     name: str

@@ -352,7 +352,7 @@ def test_help_without_an_effect_names_all_of_them(capsys: pytest.CaptureFixture[
     assert "passgraph compare --effect NAME --help shows the parameters of one" in text
     assert [effect.name for effect in EFFECTS.values() if f"{effect.name} {effect.summary}" not in text] == []
     text = " ".join(well(capsys, "render", "--help").split())
-    assert "Parameters of --effect soft-shadow" in text and "contact " in text and "tone-map " not in text
+    assert "Parameters of soft-shadow" in text and "contact " in text and "tone-map " not in text
 
 
 def test_version(capsys: pytest.CaptureFixture[str]) -> None:

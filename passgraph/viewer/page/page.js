@@ -186,7 +186,8 @@ export function showPage(root, link) {
       const select = make("select", { id: `value-${control.name}`, onchange: (e) => set(e.target.value, true) });
       select.append(...control.choices.map((word) => new Option(word, word)));
       inputs.append(select);
-    } else if (control.kind === "text") inputs.append(make("input", { type: "text", id: `value-${control.name}`, onchange: (e) => set(e.target.value, true) }));
+    } else if (control.kind === "stack") inputs.append(make("ol", { className: "stack" }));
+    else if (control.kind === "text") inputs.append(make("input", { type: "text", id: `value-${control.name}`, onchange: (e) => set(e.target.value, true) }));
     else if (control.kind === "color" || control.kind === "vector") {
       const count = control.kind === "color" ? 3 : control.default.length;
       if (control.kind === "color") inputs.append(make("input", { type: "color", ariaLabel: `${control.name}, picked`, oninput: (e) => set(ofHex(e.target.value), false), onchange: (e) => set(ofHex(e.target.value), true) }));
@@ -224,6 +225,7 @@ export function showPage(root, link) {
   function showValue(control) {
     const value = values[control.name] ?? control.default, box = $(`control-${control.name}`);
     if (!box) return;
+    if (control.kind === "stack") return showStack(control, box.querySelector("ol"), value);
     const inputs = [...box.querySelectorAll("input, select")];
     if (control.kind === "bool") inputs[0].checked = Boolean(value);
     else if (control.kind === "color" || control.kind === "vector") {
@@ -231,6 +233,23 @@ export function showPage(root, link) {
       if (control.kind === "color" && value) inputs[0].value = toHex(value);
     }
     else for (const input of inputs) if (root.activeElement !== input || input.type === "range") input.value = typeof value === "number" ? Number(value.toPrecision(7)) : value ?? "";
+  }
+
+  // Show the effects of a chain in their order: a switch and two arrows each. "-" is before the name of one that is off.
+  function showStack(control, list, value) {
+    const names = value.split(",").map((name) => name.trim()), active = root.activeElement?.getAttribute("aria-label");
+    const set = (next) => change(control.name, next.join(", "), true);
+    const swap = (k, other) => set(names.with(k, names[other]).with(other, names[k]));
+    list.replaceChildren(...names.map((entry, k) => {
+      const isOff = entry.startsWith("-"), name = entry.replace("-", isOff ? "" : "-"), item = make("li", {});
+      const arrow = (sign, other, word) => make("button", { textContent: sign, ariaLabel: `${name} ${word}`, disabled: other < 0 || other >= names.length, onclick: () => swap(k, other) });
+      const toggle = make("input", { type: "checkbox", checked: !isOff, onchange: () => set(names.with(k, isOff ? name : `-${name}`)) });
+      const label = make("label", {});
+      label.append(toggle, ` ${name}`);
+      item.append(label, arrow("↑", k - 1, "earlier"), arrow("↓", k + 1, "later"));
+      return item;
+    }));
+    if (active) [...list.querySelectorAll("button")].find((button) => button.ariaLabel === active)?.focus();
   }
 
   let valuesBefore = null;
