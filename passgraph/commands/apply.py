@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -32,8 +33,9 @@ from passgraph.commands.command_graph import (
     picture_job,
     picture_parameters,
     pictures_beside,
+    velocity_scale,
 )
-from passgraph.commands.frames import Converted, FramesJob, Settings, colors_of, red_of, run_clips
+from passgraph.commands.frames import Converted, FramesJob, Settings, colors_of, red_of, run_clips, velocity_of
 from passgraph.commands.large_picture import large_picture, stored_dtype, takes_gray, tiled_job
 from passgraph.commands.named import named_effect
 from passgraph.commands.options import (
@@ -51,6 +53,7 @@ from passgraph.commands.options import (
     together,
 )
 from passgraph.commands.parameter_options import Changing, FramesOption, check_no_ramps
+from passgraph.commands.previews import FramesToMake, check_frames, evenly, preview_options, scaled_parameters
 from passgraph.commands.running import Layers, RunOptions, check_one_picture, check_outputs, run_and_save
 from passgraph.commands.sound import audio_options, keeps_time, open_audio, split_sound
 from passgraph.commands.warm_up import warm_up_option, warmed_job
@@ -69,6 +72,7 @@ from passgraph.effects.effect_table import EFFECTS, Effect, by_family
 from passgraph.errors import InputError
 from passgraph.files.film import RATE
 from passgraph.files.frame import MOST_JOBS, Source
+from passgraph.files.frame_range import FrameRange
 from passgraph.files.names import Pattern, is_film, is_video
 from passgraph.files.pipe import Raw
 from passgraph.files.sequences import Held, Numbers, Pictures, Repeated, ToPictures, bits_of, is_made
@@ -94,16 +98,13 @@ OUTPUT_OF_NOTHING = (
 )
 
 
-#: Most frames to generate: more than an hour at 25 frames a second.
-MOST_FRAMES = 100_000
-
-
 def frames_option(subject: str) -> Callable[[Decorated], Decorated]:
     return click.option(
         "--frames",
-        type=click.IntRange(1, MOST_FRAMES),
-        metavar="NUMBER",
-        help=f"Number of frames made of {subject}, for parameters that change (NUMBER..NUMBER) and effects with time.",
+        type=FramesToMake(),
+        metavar="NUMBER|FIRST-LAST[xSTEP]",
+        help=f"Number of frames made of {subject}, for parameters that change (NUMBER..NUMBER) and effects with time; "
+        "or the frames of INPUT to write, such as 1001-1100x2.",
     )
 
 
@@ -240,6 +241,7 @@ def command_of(effect: Effect) -> click.Command:
     def command(ctx: click.Context, /, **options: Any) -> int:
         return apply_effect(effect, given_parameters(ctx), **options)
 
+    command.params += preview_options()
     if effect.takes == "picture+depth":
         from passgraph.commands.clips import depth_buffer_option, depth_option
 
@@ -279,13 +281,27 @@ def apply_effect(
     options["keep_layers"] &= keeps_of_named(inputs, output, options["output_layer"], told=effect.name != mattes.NAME)
     effect = take_color_spaces(effect, inputs, output, options)
     options["color"] = space_of_results(effect, parameters, inputs, output, options["linear"])
-    sources = FrameSources(inputs, options["frames"], depth=depth, depth_buffer=depth_buffer, audio=sound)
-    if is_one_picture(inputs, output) and sources.frames is None and not pictures_beside(effect, parameters):
+    frames, proxy, sheet = options["frames"], options["proxy"] or 1, options["sheet"]
+    options["select"], number = (frames, None) if isinstance(frames, FrameRange) else (None, frames)
+    options |= {"proxy": proxy, "keep_layers": options["keep_layers"] and proxy == 1}
+    parameters = scaled_parameters(effect, parameters, proxy)
+    sources = FrameSources(inputs, number, depth=depth, depth_buffer=depth_buffer, audio=sound)
+    is_single = is_one_picture(inputs, output) and number is None and not pictures_beside(effect, parameters)
+    if is_single and frames is not None:
+        raise InputError(
+            f"--frames FIRST-LAST: {inputs[0]} is one picture; give a sequence, or a NUMBER of frames to make"
+        )
+    if is_single and proxy == 1 and sheet is None:
         check_no_ramps(effect, parameters)
         if options["scheduler"] is not None:
             raise InputError("--scheduler is for many frames; one picture is computed here: leave it out")
         return apply_to_one(effect, sources, Path(output), parameters, options)
-    check_one_picture(options["capture"], options["profile"], "there are several frames here", options["warm_up"])
+    check_one_picture(
+        options["capture"],
+        options["profile"],
+        "--proxy and --contact-sheet make frames" if is_single else "there are several frames here",
+        options["warm_up"],
+    )
     return apply_to_many(effect, sources, output, parameters, options)
 
 
@@ -327,6 +343,8 @@ def generate(
             f"{inputs[0]}: {effect.name} reads no picture, it makes its own; leave that out, and say how large: "
             f"--size {size[0]}x{size[1]}"
         )
+    if isinstance(options["frames"], FrameRange):
+        raise InputError(f"--frames FIRST-LAST: {effect.name} reads no frames; give the NUMBER of frames to make")
     if options["frames"] is not None or (sound is not None and is_film(output)):
         check_one_picture(capture, options["profile"], "--frames makes several pictures", options["warm_up"])
         sources = FrameSources((), options["frames"], size, audio=sound)
@@ -403,6 +421,10 @@ def apply_to_many(
         raise InputError(broken[0])
     _check_further_pictures(effect, read.inputs, output)
     clips = clips_of(sources, output, writing)
+    for clip in clips:
+        check_frames(clip, options.get("select"))
+    if writing.sheet is not None:
+        options["select"] = evenly(clips[0].source, options["select"], writing.sheet[0] * writing.sheet[1])
     check_writing(writing, clips)
     keeps = [clip for clip in clips if keeps_layers(clip)]
     for clip in keeps:
@@ -419,11 +441,18 @@ def apply_to_many(
     tell_of_several(path for clip in clips if isinstance(clip.source, Pictures) for path in inputs_of(clip.source))
     changing = Changing.taken_from(effect, arguments)
     parameters, constants = picture_parameters(
-        effect, {n: value for n, value in arguments.items() if n not in companions}, overscan=bool(keeps)
+        effect,
+        {n: value for n, value in arguments.items() if n not in companions},
+        overscan=bool(keeps),
+        proxy=options.get("proxy", 1),
     )
     parameters |= {name: Input(name, "rgba32f") for name in opened}
     depth_source = None if depths is None else Converted(depths, red_of)
-    pictures = {name: Converted(Held(source, _warn), colors_of) for name, source in opened.items()}
+    pictures = {
+        name: Converted(Held(source, _warn), colors_of if scale == 1 else partial(velocity_of, scale=scale))
+        for name, source in opened.items()
+        for scale in [velocity_scale(name, options.get("proxy", 1))]
+    }
     job = FramesJob(
         effect, parameters, depth_source, constants, read.depth_buffer, changing, read.size, dict(pictures), read.audio
     )
@@ -484,5 +513,5 @@ def writing_of(options: dict[str, Any], sound: bool | Path) -> Writing:
     return Writing(
         None if raw is None else Raw.parsed(raw), None if rate is None else rate_of(rate), options["codec"],
         codec_options, sound, options["bits"], options.get("color"), options.get("keep_layers", False),
-        options.get("output_layer"),
+        options.get("output_layer"), options.get("sheet"),
     )  # fmt: skip

@@ -30,6 +30,7 @@ from passgraph.commands.written_files import (
 from passgraph.errors import InputError
 from passgraph.files.animation import Animation, is_animated
 from passgraph.files.animation_sink import ToAnimation
+from passgraph.files.contact_sheet import ToContactSheet
 from passgraph.files.film import Film, rate_given
 from passgraph.files.frame import Sink, Source
 from passgraph.files.names import Pattern, folder_files, glob_files, has_wildcard, is_film, is_video, missing_numbers
@@ -106,6 +107,8 @@ class Writing:
     #: Whether other layers of OpenEXR files are kept, and the layer that results become.
     keep_layers: bool = False
     layer: str | None = None
+    #: Columns and rows of a contact sheet.
+    sheet: tuple[int, int] | None = None
 
     def pictures(self, paths: Mapping[int, Path] | Pattern) -> ToPictures:
         return ToPictures(paths, self.bits, self.color, keep_layers=self.keep_layers, layer=self.layer)
@@ -207,6 +210,10 @@ def _numbered(text: str) -> dict[int, Path]:
 
 def clips_of(sources: list[Source], output: str, writing: Writing) -> list[Clip]:
     """Pair each source with its output."""
+    if writing.sheet is not None:
+        if len(sources) != 1:
+            raise InputError(f"{output}: --contact-sheet shows one sequence or video, and there are {len(sources)}")
+        return [Clip(sources[0], ToContactSheet(Path(output), writing.sheet[0]))]
     if goes_into_folder(output):
         return [Clip(source, _into_folder(source, Path(output), writing)) for source in sources]
     if len(sources) != 1 and not (Pattern.is_in(output) and all(isinstance(s, Pictures) for s in sources)):
@@ -263,7 +270,7 @@ def inputs_of(source: Source) -> list[Path]:
 
 def outputs_of(clip: Clip) -> list[tuple[Path, str]]:
     """Return the known output files of a clip, each with its purpose."""
-    if isinstance(clip.sink, Film):
+    if isinstance(clip.sink, (Film, ToContactSheet)):
         return [(clip.sink.path, clip.source.name)]
     if isinstance(clip.sink, ToPictures) and isinstance(clip.source, Pictures):
         paths = clip.sink.paths

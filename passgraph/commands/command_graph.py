@@ -26,6 +26,7 @@ from passgraph.graph.calls import kernel
 from passgraph.graph.run_values import Value, sources_of
 from passgraph.graph.targets import Input, InputSpec, Target, named_outputs, target
 from passgraph.pictures import load, load_stored
+from passgraph.proxies import sampled
 from passgraph.run.caller_arrays import format_of
 from passgraph.signatures import signature
 
@@ -155,15 +156,21 @@ def pictures_beside(effect: Effect, parameters: dict[str, Any]) -> dict[str, Pat
 
 
 def picture_parameters(
-    effect: Effect, parameters: dict[str, Any], *, overscan: bool = False
+    effect: Effect, parameters: dict[str, Any], *, overscan: bool = False, proxy: int = 1
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """Replace picture files among the parameters by graph inputs; return the parameters, and the pictures by name."""
     replaced, given = dict(parameters), dict[str, Any]()
     for parameter in effect.parameters:
         if parameter.type == "picture" and parameters.get(parameter.name) is not None:
-            given[parameter.name] = load(parameters[parameter.name], overscan=overscan)
+            picture = sampled(load(parameters[parameter.name], overscan=overscan), proxy)
+            given[parameter.name] = picture * np.float32(velocity_scale(parameter.name, proxy))
             replaced[parameter.name] = input_of(parameter.name, given[parameter.name])
     return replaced, given
+
+
+def velocity_scale(parameter: str, proxy: int) -> float:
+    """Return the factor of a picture parameter for a proxy: that of a velocity, whose values are pixels, is 1/proxy."""
+    return 1 / proxy if parameter.endswith("velocity") else 1.0
 
 
 def effect_output(effect: Effect, targets: list[Target], parameters: dict[str, Any]) -> Any:

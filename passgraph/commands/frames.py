@@ -9,6 +9,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import click
+import numpy as np
 
 from passgraph.commands.clips import Clip
 from passgraph.commands.command_graph import as_distance, effect_output, in_bytes
@@ -21,6 +22,7 @@ from passgraph.errors import InputError, on_one_line
 from passgraph.files.film import Film
 from passgraph.files.flow import Values
 from passgraph.files.frame import Frame, Outcome, Source, Stored, Summary
+from passgraph.files.frame_range import FrameRange
 from passgraph.files.pipe import Pipe, ToPipe
 from passgraph.files.remote import connected
 from passgraph.files.run import frames
@@ -43,6 +45,8 @@ class Settings(RunOptions):
     jobs: int | None = None
     resume: bool = False
     scheduler: str | None = None
+    select: FrameRange | None = None
+    proxy: int = 1
 
 
 @dataclass
@@ -131,6 +135,11 @@ def colors_of(picture: Stored) -> Stored:
     return scaled(with_channels(picture, 4))
 
 
+def velocity_of(picture: Stored, scale: float) -> Stored:
+    """Return a velocity in pixels of another size, as float32, (h, w, 4)."""
+    return colors_of(picture) * np.float32(scale)
+
+
 def run_clips(job: FramesJob, clips: list[Clip], settings: Settings, broken: list[str]) -> int:
     """Run every clip; return the exit status. ``broken`` has the errors of sources that could not be opened."""
     for message in broken:
@@ -183,6 +192,7 @@ def _run_clip(
             summary = frames(
                 program, job.sources(clip), clip.sink, values=values, jobs=settings.jobs, linear=settings.linear,
                 resume=settings.resume, same_size=not job.pictures, watch=watch, client=client,
+                select=settings.select, proxy=settings.proxy,
             )  # fmt: skip
         except InputError as error:
             if not is_one_of_many:

@@ -17,8 +17,10 @@ import numpy as np
 from passgraph import arguments
 from passgraph.errors import InputError, PassgraphError
 from passgraph.files.frame import Frame, Outcome, OutputError, Sink, Source, Stored, Summary
+from passgraph.files.frame_range import FrameRange
 from passgraph.files.stored import as_program_input, stored
 from passgraph.graph.run_values import FRAME_INDEX
+from passgraph.proxies import reduced, sampled
 from passgraph.run.program import Program
 
 Item = TypeVar("Item")
@@ -80,6 +82,8 @@ class Run:
     resume: bool
     same_size: bool
     watch: Watch | None
+    select: FrameRange | None = None
+    proxy: int = 1
     written: int = 0
     kept: int = 0
     failed: list[Outcome] = field(default_factory=list)
@@ -120,6 +124,12 @@ class Run:
             for frames in _in_step(self.sources):
                 first = next(iter(frames.values()))
                 self.first, began = self.first if began else first.number, True
+                if self.select is not None and first.number > self.select.last:
+                    return
+                if self.select is not None and first.number not in self.select:
+                    if self.program.has_history:
+                        yield _Loading(first, frames, resumed=True, skipped=False, is_wanted=False)
+                    continue
                 resumed = self.resume and self.sink.holds(first)
                 yield _Loading(first, frames, resumed, skipped=resumed and not self.program.has_history)
         except InputError as error:
@@ -134,9 +144,13 @@ class Run:
         # A source of Numbers feeds no input.
         frames = {name: frame for name, frame in item.frames.items() if name in inputs}
         return {
-            name: as_program_input(frame.pixels(linear=self.linear), inputs[name], self.linear)
+            name: as_program_input(self._proxy_of(name, frame.pixels(linear=self.linear)), inputs[name], self.linear)
             for name, frame in frames.items()
         }
+
+    def _proxy_of(self, name: str, picture: Stored) -> Stored:
+        """Return a picture, of a proxy the means of its pixels; of further pictures, which may be data, some pixels."""
+        return (reduced if name == next(iter(self.sources)) else sampled)(picture, self.proxy)
 
     def _computed(self, loading: Ahead[_Loading]) -> Iterator[_Storing]:
         for item, future in loading:
@@ -149,7 +163,7 @@ class Run:
                 if isinstance(error, OutputError) or not (self.ran or isinstance(error, (InputError, MemoryError))):
                     raise  # a program that does not fit would fail for every frame
                 result = error
-            yield _Storing(item.frame, result, dtype)
+            yield _Storing(item.frame, result, dtype, item.is_wanted)
 
     def _run(self, item: _Loading, pictures: dict[str, Stored]) -> Stored | None:
         self._check_sizes(item, {name: _size(picture) for name, picture in pictures.items()})
@@ -215,6 +229,8 @@ class Run:
                 self._done(item)
 
     def _done(self, item: _Storing) -> None:
+        if not item.is_wanted:
+            return
         if item.result is None:
             self.kept += 1
             self._notify(Outcome(item.frame.number, item.frame.name, "kept"))
@@ -263,12 +279,16 @@ class Run:
 
 @dataclass(frozen=True, eq=False)
 class _Loading:
-    """A frame of each source; ``resumed``: its output exists; ``skipped``: it need not be computed either."""
+    """A frame of each source.
+
+    ``resumed``: its output exists, or ``is_wanted`` is False; ``skipped``: it need not be computed either.
+    """
 
     frame: Frame
     frames: dict[str, Frame]
     resumed: bool
     skipped: bool
+    is_wanted: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -278,6 +298,7 @@ class _Storing:
     frame: Frame
     result: Stored | Exception | None
     dtype: np.dtype[Any] | None
+    is_wanted: bool = True
 
 
 def _in_step(sources: dict[str, Source]) -> Iterator[dict[str, Frame]]:

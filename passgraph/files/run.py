@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING, TypeAlias
 
 from passgraph import arguments
 from passgraph.errors import GraphError, InputError
 from passgraph.files.flow import Run, Values, Watch
 from passgraph.files.frame import MOST_JOBS, Sink, Source, Summary
+from passgraph.files.frame_range import FrameRange
 from passgraph.files.sequences import Numbers
 from passgraph.run.program import Program
 
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
 Feed: TypeAlias = "Source | str | os.PathLike[str]"
 #: Most threads by default: at two 4K pictures in float32 for each, 2 GB.
 DEFAULT_JOBS = 8
+#: Most pixels across that a proxy makes one of.
+MOST_PROXY = 64
 
 
 def frames(
@@ -33,6 +36,8 @@ def frames(
     linear: bool = False,
     resume: bool = False,
     same_size: bool = False,
+    select: str | Collection[int] | FrameRange | None = None,
+    proxy: int = 1,
     watch: Watch | None = None,
     client: Client | None = None,
 ) -> Summary:
@@ -55,6 +60,10 @@ def frames(
     resume : skip frames whose output exists and is no older than the input. Programs with history compute them all the
         same, without writing them.
     same_size : fail a frame whose sources have pictures of different sizes
+    select : numbers of the frames to store, such as ``"1001-1100x2"``; by default all. Programs with history compute
+        those before too.
+    proxy : reduce pictures by this factor before the program gets them: the first source's by means, others' by
+        leaving out pixels, since they may be data
     watch : called with each frame's `Outcome`, in order, in the caller's thread
     client : a ``distributed.Client`` whose workers read and compute the frames, on the program's backend. Results are
         stored here, or by the workers as picture files; see docs/frames.md. Programs with history raise InputError.
@@ -88,6 +97,11 @@ def frames(
     if isinstance(sink, (str, os.PathLike)):
         sink = open_sink(sink)
     arguments.instance(sink, Sink, "the sink of frames", "a path, or a sink such as ToPictures(...)", InputError)
+    proxy = arguments.whole_number(proxy, "frames: proxy", 1, MOST_PROXY, InputError)
+    if isinstance(select, str):
+        select = FrameRange.parsed(select)
+    elif select is not None and not isinstance(select, FrameRange):
+        select = FrameRange.of(select)
     for name, flag in (("linear", linear), ("resume", resume), ("same_size", same_size)):
         arguments.flag(flag, f"frames: {name}", InputError)
     if values is not None and not callable(values):
@@ -97,11 +111,24 @@ def frames(
     if watch is not None:
         arguments.function(watch, "frames: watch")
     count = None if jobs is None else arguments.whole_number(jobs, "jobs", 1, MOST_JOBS, InputError)
-    settings = program, _by_name(program, source, values), sink, values, output, linear, resume, same_size, watch
+    settings = (
+        program,
+        _by_name(program, source, values),
+        sink,
+        values,
+        output,
+        linear,
+        resume,
+        same_size,
+        watch,
+        select,
+    )
     if client is None:
-        return Run(*settings).all(count or default_jobs())
+        return Run(*settings, proxy=proxy).all(count or default_jobs())
     from passgraph.files.remote import RemoteRun, check_remote, checked_client, threads_for
 
+    if proxy != 1:
+        raise InputError("frames: proxies are computed here; leave out client, or proxy")
     checked_client(client)
     check_remote(program)
     return RemoteRun(*settings, client=client).all(count or min(threads_for(client), MOST_JOBS))
