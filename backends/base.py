@@ -9,7 +9,6 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
 from typing import Any, ClassVar, NoReturn, Protocol, Self
 
 import numpy as np
@@ -28,6 +27,7 @@ from passgraph.quantise import convert, transfer_format
 from passgraph.quantise import numbers_of as numbers_of
 from passgraph.quantise import quantised as quantised
 from passgraph.quantise import values_of as values_of
+from passgraph.records import dataclass
 from passgraph.srgb import linear_to_srgb
 
 _NOTHING = nullcontext()

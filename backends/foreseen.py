@@ -7,9 +7,9 @@ also turn the product of x with a choice of 0 or 1 into a choice of 0 or x (Mesa
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 from passgraph.language import scalar as s
+from passgraph.records import dataclass
 
 #: Operations whose result one constant argument may determine.
 _DECIDED = {("bit_and", "int"), ("mul", "int"), ("logical_and", "bool"), ("logical_or", "bool")}

@@ -7,7 +7,6 @@ import struct
 from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -17,6 +16,7 @@ from passgraph.language import scalar as s
 from passgraph.language.builtin_name import BuiltinName
 from passgraph.language.operations import OPERATIONS
 from passgraph.language.source import NOWHERE, Span
+from passgraph.records import dataclass
 
 INT_MIN = -(2**31)
 #: INT_MIN has no literal: 2147483648 overflows before it is negated.

@@ -6,7 +6,6 @@ from __future__ import annotations
 import functools
 import inspect
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, ParamSpec, TypeAlias, TypeVar, get_args, get_type_hints
 
 import numpy as np
@@ -16,6 +15,7 @@ from passgraph.arguments import flag, near, one_of, text
 from passgraph.effects.annotations import check, check_fields, ranges_of
 from passgraph.errors import GraphError
 from passgraph.graph.run_values import Derived, Limit, Value
+from passgraph.records import dataclass
 
 if TYPE_CHECKING:
     from passgraph.color_tags import ColorSpace

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -16,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from passgraph.arguments import among, shown
 from passgraph.cached import cached_property
 from passgraph.errors import GraphError, InputError, UnknownNameError
+from passgraph.records import dataclass
 
 if TYPE_CHECKING:
     from passgraph.color_tags import ColorSpace

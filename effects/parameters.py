@@ -6,7 +6,6 @@ import dataclasses
 import inspect
 import re
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
@@ -17,6 +16,7 @@ from passgraph.graph.run_values import Derived, Value
 from passgraph.graph.targets import Target
 from passgraph.language.types import Type
 from passgraph.ranges import Range
+from passgraph.records import dataclass
 from passgraph.signatures import signature
 
 ParameterType = Literal["float", "int", "bool", "choice", "rgb", "picture", "text", "value"]

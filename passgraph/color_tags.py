@@ -8,8 +8,9 @@ them). A few begin with a namespace, such as "ocio:acescct_ap1_scene".
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
+
+from passgraph.records import dataclass
 
 #: What files without tags hold: integers, and floats.
 SRGB, LINEAR = "srgb_rec709_scene", "lin_rec709_scene"

@@ -6,13 +6,13 @@ every backend, and a value read back is the value that the reference computes.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, TypeAlias, TypeVar
 
 from passgraph.arguments import among, near, shown
 from passgraph.cached import cached_property
 from passgraph.errors import BackendError, GraphError
+from passgraph.records import dataclass
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

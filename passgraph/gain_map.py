@@ -10,7 +10,6 @@ from __future__ import annotations
 import re
 import struct
 from collections.abc import Iterator
-from dataclasses import dataclass
 from fractions import Fraction
 from io import BytesIO
 from typing import BinaryIO
@@ -19,6 +18,7 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
+from passgraph.records import dataclass
 from passgraph.srgb import srgb_to_linear
 
 #: Name of the HDR rendition: ``photo.jpg:hdr``.

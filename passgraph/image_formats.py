@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import chain
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.color_tags import LINEAR, ColorSpace, Recoded, gamut_named
+from passgraph.records import dataclass
 
 Pixels = NDArray[Any]  # (h, w, channels) uint8, uint16, float16 or float32
 

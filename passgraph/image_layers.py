@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 
 from passgraph.errors import InputError
+from passgraph.records import dataclass
 
 #: Names of parts that hold the picture, among others with color (Nuke, Arnold, V-Ray; Houdini, RenderMan).
 _PICTURE = ("", "rgba", "rgb", "beauty", "c", "ci")

@@ -22,7 +22,6 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable
-from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -32,6 +31,7 @@ from numpy.typing import NDArray
 
 from passgraph.errors import InputError
 from passgraph.image_formats import Pixels
+from passgraph.records import dataclass
 
 Decode = Callable[[], Pixels]
 

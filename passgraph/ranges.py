@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from passgraph.arguments import flag, is_number, real, shown, string
 from passgraph.errors import GraphError
+from passgraph.records import dataclass
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
 from passgraph.errors import DeviceMissingError
 from passgraph.plan.limits import NONE
+from passgraph.records import dataclass
 
 Version = tuple[int, int]
 _VERSION, _EXTENSIONS, _EXTENSION_COUNT = 0x1F02, 0x1F03, 0x821D

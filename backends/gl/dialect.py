@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from passgraph.backends.gl.capabilities import Capabilities
+from passgraph.records import dataclass
 
 _FULLSCREEN = """void main()
 {

@@ -8,7 +8,6 @@ vertex shader flips clip space, so that rows count alike.  For pictures with ano
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import ClassVar
 
 from passgraph.backends.base import ATTRIBUTES
@@ -20,6 +19,7 @@ from passgraph.language import native
 from passgraph.language import scalar as s
 from passgraph.language.builtin_name import OUTPUT_SIZE, BuiltinName
 from passgraph.language.lowering.textures import Texture
+from passgraph.records import dataclass
 
 #: The negation of a bool.
 NEGATED = "({0} ^^ true)"

@@ -5,7 +5,6 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import Any
 
 from passgraph.backends.gl import gl_functions as g
@@ -14,6 +13,7 @@ from passgraph.backends.gl.textures import Texture
 from passgraph.errors import BackendError
 from passgraph.formats import Format
 from passgraph.graph.draw_state import COMPARE, Blend, DrawState
+from passgraph.records import dataclass
 
 
 class Bound:

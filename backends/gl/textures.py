@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -15,6 +14,7 @@ from passgraph.backends.gl import gl_functions as g
 from passgraph.backends.gl.gl_functions import Functions
 from passgraph.errors import BackendError
 from passgraph.formats import Format, format_spelling
+from passgraph.records import dataclass
 
 
 @dataclass(frozen=True, slots=True)

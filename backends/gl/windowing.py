@@ -8,11 +8,11 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
 from typing import Any, Protocol, TypeAlias
 
 from passgraph.backends.gl.capabilities import version_of
 from passgraph.errors import BackendError
+from passgraph.records import dataclass
 
 #: An address from a driver; None for null.
 Handle: TypeAlias = "int | None"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 from passgraph.backends.base import ATTRIBUTES, clear_colour
 from passgraph.backends.opencl.opencl_c import (
@@ -21,6 +20,7 @@ from passgraph.graph.draw_state import Stencil
 from passgraph.language.builtin_name import OTHER_PIXELS, OUTPUT_SIZE, PIXEL, BuiltinName
 from passgraph.language.scalar import ScalarProgram
 from passgraph.plan.data import DrawStep
+from passgraph.records import dataclass
 
 SIGNS = {
     "less": "<",

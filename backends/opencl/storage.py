@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from passgraph.cached import cached_property
 from passgraph.formats import Format
 from passgraph.language.lowering.buffers import INT_LIMIT as INT_LIMIT
 from passgraph.language.lowering.buffers import Buffer
+from passgraph.records import dataclass
 
 
 @dataclass(eq=False)

@@ -16,8 +16,8 @@ from passgraph.formats import Format
 from passgraph.language import ir
 from passgraph.language.borders import BORDERS, border_place
 from passgraph.language.builtin_name import OTHER_PIXELS, WHOLE_PIXEL, WHOLE_SIZE, BuiltinName
+from passgraph.language.facts import Facts, ImageFacts
 from passgraph.language.long_arrays import numbers_in
-from passgraph.language.lower import Facts, ImageFacts
 from passgraph.language.scalar import ScalarProgram, UniformSlot
 from passgraph.language.scope import host_numbers
 from passgraph.language.types import Array, component_count, shape_of

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import count
 from typing import Any
 
 from passgraph.formats import Format, float_format, format_spelling, padded
+from passgraph.records import dataclass
 
 #: Channel type (`Format.number`) → suffix of WebGPU's name.
 _SPELLINGS = {"u1": "8unorm", "u2": "16unorm", "f2": "16float", "f4": "32float"}

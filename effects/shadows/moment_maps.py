@@ -4,7 +4,7 @@
 # Values of the kernel language are Any to Python's type checkers.
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -23,6 +23,7 @@ from passgraph.effects.shadows.shadow_moments import (
 )
 from passgraph.effects.surfaces.views import Float64, LightFrame, MapView, Seen, View
 from passgraph.language import Const, Image, ivec2, output_size, pixel, vec2, vec4
+from passgraph.records import dataclass
 from passgraph.scene.matrices import translation
 
 #: Largest radius of a blur as a fraction of the map's width.

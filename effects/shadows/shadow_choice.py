@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Annotated, Literal
 
 import passgraph as pg
 from passgraph.effects.checked import Choice
 from passgraph.effects.parameters import Called
 from passgraph.effects.shadows.shadow_moments import LARGEST_EXPONENT
+from passgraph.records import dataclass
 
 Taps = Annotated[int, pg.Range(1, 128)]
 Bleed = Annotated[float, pg.Range(0, 0.9)]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 import passgraph as pg
@@ -11,6 +9,7 @@ from passgraph.effects.surfaces.batches import merged
 from passgraph.effects.surfaces.material_textures import addressed, texture_input, wrap_number
 from passgraph.effects.surfaces.views import Casters, MapView
 from passgraph.language import Const, Image, Vertex, discard, dot, mat4, vec2, vec4
+from passgraph.records import dataclass
 
 #: Depth where a map shows no caster: farther than any receiver.
 NOTHING = 1e30

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -28,6 +27,7 @@ from passgraph.effects.shadows.shadow_light import (
 )
 from passgraph.effects.surfaces.g_buffer import GBuffer, g_buffer
 from passgraph.effects.surfaces.views import Casters, View
+from passgraph.records import dataclass
 
 HdrFormat = Literal["rgba16f", "rgb32f", "rgba32f"]
 #: A linear sky blue, distinct from a white surface under the default light.

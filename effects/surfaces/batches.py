@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 import passgraph as pg
+from passgraph.records import dataclass
 
 Float64 = NDArray[np.float64]
 #: A part smaller than this fraction of the scene keeps a mesh of its own: float32 positions relative to a common origin

@@ -4,7 +4,6 @@
 # Values of the kernel language are Any to Python's type checkers.
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -35,6 +34,7 @@ from passgraph.language import (
     vec3,
     vec4,
 )
+from passgraph.records import dataclass
 
 #: Layers of the parallax search; the intersection between two layers is interpolated.
 PARALLAX_STEPS = 8

@@ -10,13 +10,14 @@ edges do not crawl, and the map of a static light is drawn again only when the g
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from math import atan2, ceil, cos, floor, hypot, log2, pi, sin, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
 import passgraph as pg
+from passgraph.records import dataclass
 
 Float64 = NDArray[np.float64]
 #: A piece is a triangle longer than this fraction of the whole; else the content of one of CELLS³ cells.

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any, Literal, get_args
 from weakref import WeakKeyDictionary, WeakValueDictionary
 
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 import passgraph as pg
 from passgraph.graph.targets import InputSpec
 from passgraph.language import Image, clamp, dfdx, dfdy, floor, fract, length, log2, mix, vec2, vec4
+from passgraph.records import dataclass
 from passgraph.scene import Texture
 from passgraph.scene.materials import Minify, Wrap
 

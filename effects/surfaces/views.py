@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 from math import cos
 from typing import Any
 
@@ -15,6 +15,7 @@ from passgraph.effects.surfaces.batches import bounds_of
 from passgraph.effects.surfaces.geometry import ViewFrame
 from passgraph.effects.surfaces.map_fit import Fit, pieces_of
 from passgraph.language import mat3, mat4, vec2, vec3, vec4
+from passgraph.records import dataclass
 from passgraph.scene.matrices import translation
 
 Float64 = NDArray[np.float64]

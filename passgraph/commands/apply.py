@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -79,6 +78,7 @@ from passgraph.files.sequences import Held, Numbers, Pictures, Repeated, ToPictu
 from passgraph.graph.targets import Input
 from passgraph.pictures import is_exr, split_layer
 from passgraph.plan.limits import bytes_of
+from passgraph.records import dataclass
 
 if TYPE_CHECKING:
     from fractions import Fraction

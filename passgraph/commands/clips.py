@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from glob import escape
 from pathlib import Path
@@ -43,6 +43,7 @@ from passgraph.gain_map import HDR
 from passgraph.image_formats import WRITABLE
 from passgraph.pictures import in_layer, is_exr, split_layer
 from passgraph.reading import check_regular
+from passgraph.records import dataclass
 
 if TYPE_CHECKING:
     from passgraph.scene import HardwareDepth

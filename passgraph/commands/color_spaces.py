@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
@@ -18,6 +18,7 @@ from passgraph.errors import InputError
 from passgraph.gain_map import HDR
 from passgraph.graph.targets import Target
 from passgraph.pictures import metadata_of, split_layer
+from passgraph.records import dataclass
 
 if TYPE_CHECKING:
     from passgraph.effects.parameters import Parameter

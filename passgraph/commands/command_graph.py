@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -27,6 +27,7 @@ from passgraph.graph.run_values import Value, sources_of
 from passgraph.graph.targets import Input, InputSpec, Target, named_outputs, target
 from passgraph.pictures import load, load_stored
 from passgraph.proxies import sampled
+from passgraph.records import dataclass
 from passgraph.run.caller_arrays import format_of
 from passgraph.signatures import signature
 

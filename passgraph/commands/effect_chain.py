@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from passgraph.effects.effect_table import Effect, making_one
 from passgraph.errors import InputError
 from passgraph.graph.targets import Target
+from passgraph.records import dataclass
 from passgraph.signatures import signature
 
 if TYPE_CHECKING:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -30,6 +30,7 @@ from passgraph.files.sequences import Pictures, ToPictures
 from passgraph.files.stored import with_channels
 from passgraph.graph.targets import OPEN_SRGB, Input, Target, named_outputs
 from passgraph.pictures import scaled
+from passgraph.records import dataclass
 from passgraph.run.program import Program
 
 if TYPE_CHECKING:

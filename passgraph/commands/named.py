@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, cast
 
@@ -16,6 +15,7 @@ from passgraph.errors import InputError
 from passgraph.graph.calls import PixelKernel
 from passgraph.language.types import ImageType, Struct
 from passgraph.ranges import Range
+from passgraph.records import dataclass
 from passgraph.shaders import EXPORT_SUFFIX, NOT_READ, SUFFIXES
 
 if TYPE_CHECKING:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
@@ -18,6 +17,7 @@ from passgraph.files.frame import Source
 from passgraph.files.sequences import Pictures
 from passgraph.graph.run_values import Value
 from passgraph.language.types import BOOL, element_of
+from passgraph.records import dataclass
 
 #: Separator of the first and the last value of a ramp.
 TO = ".."

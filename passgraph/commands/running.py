@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, Self
@@ -28,6 +28,7 @@ from passgraph.language.native import Math
 from passgraph.pictures import fits_layers, in_layer, metadata_of, save, viewable
 from passgraph.plan.data import Options, Step
 from passgraph.quantise import integers_of
+from passgraph.records import dataclass
 from passgraph.run.caller_arrays import room_of
 from passgraph.run.compile import compile
 from passgraph.run.finite_checks import NonFinite

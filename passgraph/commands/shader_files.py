@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -17,6 +16,7 @@ from passgraph.graph.targets import PixelPass, Target, named_outputs
 from passgraph.language import ir
 from passgraph.plan.dependencies import passes_behind
 from passgraph.ranges import Range
+from passgraph.records import dataclass
 
 if TYPE_CHECKING:
     from passgraph.effects.parameters import Parameter, ParameterType

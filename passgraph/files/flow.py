@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import field
 from time import perf_counter
 from typing import Any, Generic, TypeAlias, TypeVar
 
@@ -21,6 +21,7 @@ from passgraph.files.frame_range import FrameRange
 from passgraph.files.stored import as_program_input, stored
 from passgraph.graph.run_values import FRAME_INDEX
 from passgraph.proxies import reduced, sampled
+from passgraph.records import dataclass
 from passgraph.run.program import Program
 
 Item = TypeVar("Item")

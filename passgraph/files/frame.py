@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from passgraph.errors import InputError
 from passgraph.image_formats import Metadata
+from passgraph.records import dataclass
 
 #: A picture (height, width, 1 to 4), row 0 on top: uint8 or uint16, sRGB-encoded, or float32.
 Stored = NDArray[Any]

@@ -5,13 +5,13 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
 from glob import glob
 from pathlib import Path
 
 from passgraph.cached import cached_property
 from passgraph.errors import InputError, reason
 from passgraph.image_formats import READ_SUFFIXES
+from passgraph.records import dataclass
 
 #: Suffixes of picture files that `passgraph.load` does not read.
 UNREAD_SUFFIXES = (".avif", ".heic", ".heif", ".dng", ".cr2", ".cr3", ".nef", ".arw")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -19,6 +18,7 @@ from passgraph.files.stored import with_channels
 from passgraph.graph.targets import MAX_SIDE
 from passgraph.image_files import MAX_BYTES
 from passgraph.pictures import encode_png, load_stored, metadata_of
+from passgraph.records import dataclass
 
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 

@@ -6,7 +6,6 @@ from __future__ import annotations
 import re
 import threading
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
@@ -20,6 +19,7 @@ from passgraph.graph.run_values import Value
 from passgraph.graph.targets import Input, target
 from passgraph.language.symbols import Image, vec2, vec3, vec4
 from passgraph.language.vectors import dot
+from passgraph.records import dataclass
 from passgraph.run.compile import compile
 from passgraph.run.program import Program
 

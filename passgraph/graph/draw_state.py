@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, is_dataclass
+from dataclasses import is_dataclass
 from types import NoneType
 from typing import Any, Protocol
 
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from passgraph import arguments
 from passgraph.arguments import one_of
 from passgraph.errors import GraphError
+from passgraph.records import dataclass
 
 COMPARE = ("never", "less", "equal", "less_equal", "greater", "not_equal", "greater_equal", "always")
 STENCIL_OPERATIONS = (

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import operator
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any, TypeAlias, get_origin
 
 import numpy as np
@@ -13,6 +13,7 @@ import numpy as np
 from passgraph import arguments
 from passgraph.errors import GraphError, InputError
 from passgraph.ranges import Range
+from passgraph.records import dataclass
 
 
 @dataclass(frozen=True, slots=True)

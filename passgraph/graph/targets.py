@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import TYPE_CHECKING, Any, NoReturn, TypeAlias
 
 import numpy as np
@@ -16,6 +16,7 @@ from passgraph.graph.draw_state import DrawState, Geometry
 from passgraph.graph.run_values import Formula, check_formula
 from passgraph.language.border_rules import BORDERS
 from passgraph.language.kernel import Kernel
+from passgraph.records import dataclass
 
 if TYPE_CHECKING:
     from passgraph.notebook import Box

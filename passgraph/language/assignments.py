@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ast
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, cast
 
 from passgraph.language import ir
@@ -40,6 +40,7 @@ from passgraph.language.values import (
     type_of,
     with_components,
 )
+from passgraph.records import dataclass
 
 if TYPE_CHECKING:
     from passgraph.language.function_body import Frame

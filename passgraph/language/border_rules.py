@@ -5,7 +5,7 @@ A rule is the same for columns and for rows.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from passgraph.records import dataclass
 
 _NEAREST = "min(max(i, 0), size - 1)"
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
+
+from passgraph.records import dataclass
 
 #: Builtins of a fragment that depend on its triangle; at other pixels they are extrapolated on the triangle's plane.
 OF_TRIANGLE = ("varying", "fragment_depth")

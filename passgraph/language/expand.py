@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import TypeAlias
 
 from passgraph.language import scalar as s
 from passgraph.language.emitter import Emitter
 from passgraph.language.types import Matrix, Type
+from passgraph.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 from passgraph.formats import Store
 from passgraph.language import ir
@@ -15,6 +15,7 @@ from passgraph.language.parameter_name import ParameterName
 from passgraph.language.source import Span
 from passgraph.language.types import BOOL, INT, Array, Scalar, Type, component_count, element_of
 from passgraph.ranges import Range
+from passgraph.records import dataclass
 
 #: Properties of an image that kernels can read (``image.levels``), and their types.
 PROPERTIES: dict[str, Scalar] = {"is_nearest": BOOL, "is_blank": BOOL, "border": INT, "levels": INT, "slices": INT,

@@ -8,7 +8,7 @@ other backends print.  Spans do not take part in equality.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import field, fields, replace
 from typing import Any, TypeAlias, get_args, overload
 from typing import Literal as OneOf
 
@@ -16,6 +16,7 @@ from passgraph.language.builtin_name import BuiltinName
 from passgraph.language.source import NOWHERE, Span
 from passgraph.language.types import Array, Scalar, Type, Value, image_names
 from passgraph.ranges import Range
+from passgraph.records import dataclass
 
 Number: TypeAlias = bool | int | float
 #: Suffix of an image's name for the picture of its smaller levels, see :mod:`passgraph.plan.mipmaps`.

@@ -8,6 +8,7 @@ import inspect
 import sys
 import types as pytypes
 from collections.abc import Callable, Mapping
+from functools import cache
 from html import escape
 from typing import Any, Self, TypeVar, cast, dataclass_transform
 
@@ -20,6 +21,7 @@ from passgraph.language.native import MATH, Math
 from passgraph.language.scope import TEXT_NAMES, FunctionSource, KnownTable, Scope, freeze, python_scope, text_scope
 from passgraph.language.signature import literal_value, read_signature, read_struct
 from passgraph.language.source import PACKAGE, Source, fail, source_from_text, source_of, source_of_class
+from passgraph.language.types import Struct
 
 T = TypeVar("T")
 
@@ -227,22 +229,26 @@ def struct(cls: type[T]) -> type[T]:
     ...     direction: vec3
     ...     strength: float = 1.0
     """
-    frame: pytypes.FrameType | None = sys._getframe(1)
     decorated: object = cls
-    source = source_of_class(cls, frame) if isinstance(decorated, type) else Source("", "")
-    node = next((n for n in source.parse().body if isinstance(n, ast.ClassDef)), None)
-    if node is None:
+    if not isinstance(decorated, type):
         raise KernelError(f"@struct marks a class statement, got {shown(cls)}")
-    module = sys.modules.get(cls.__module__)
-    names: dict[str, object] = dict(vars(module)) if module else {}
-    local_names = dict(frame.f_locals) if frame else {}
+    frame = sys._getframe(1)
+    file, line, names = frame.f_code.co_filename, frame.f_lineno, frame.f_globals
+    local_names = {} if frame.f_locals is names else dict(frame.f_locals)
 
     def lookup(name: str) -> object:
         if name in local_names:
             return local_names[name]
         return names[name] if name in names else TEXT_NAMES[name]
 
-    definition = read_struct(node, source, Scope(lookup))
+    @cache
+    def definition() -> Struct:
+        source = source_of_class(cls, file, names, line)
+        node = next(n for n in source.parse().body if isinstance(n, ast.ClassDef))
+        return read_struct(node, source, Scope(lookup))
+
+    if not file.startswith(PACKAGE):  # as kernels of this package, its structs are read at first use
+        definition()
     result = dataclasses.dataclass(frozen=True)(cls)
     result.__passgraph_struct__ = definition  # type: ignore[attr-defined]
     return result

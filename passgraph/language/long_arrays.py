@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any, cast
 
 import numpy as np
@@ -24,6 +23,7 @@ from passgraph.language.types import (
     plain_parts,
 )
 from passgraph.language.uniform_layout import components, in_order
+from passgraph.records import dataclass
 
 #: Most bytes of a long array.
 MAX_BUFFER_BYTES = 1 << 28

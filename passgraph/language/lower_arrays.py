@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TypeGuard, cast
 
 from passgraph.language import ir
@@ -11,6 +10,7 @@ from passgraph.language.emitter import Emitter
 from passgraph.language.long_arrays import HALF_BITS, WIDTH, WIDTH_BITS, layout_of
 from passgraph.language.source import Span, fail
 from passgraph.language.types import Array, Type, component_count, held_as
+from passgraph.records import dataclass
 
 #: Longest arrays that are values, in numbers.
 MAX_VALUES = 64

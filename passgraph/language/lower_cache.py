@@ -9,14 +9,14 @@ from pathlib import Path
 from typing import Any
 
 from passgraph import disk_cache
+from passgraph.forking import importing
 from passgraph.language import ir, scalar, types
 from passgraph.language.builtin_name import BuiltinName
 from passgraph.language.data_pickle import DataPickle
 from passgraph.language.facts import Facts, ImageFacts, inner_first
-from passgraph.language.lower import lower
 from passgraph.language.parameter_name import ParameterName
 from passgraph.language.scope import freeze
-from passgraph.language.source import Span
+from passgraph.language.source import PACKAGE, Span
 from passgraph.ranges import Range
 
 #: Fields with a variable's name, which does not affect the result.
@@ -124,7 +124,8 @@ def _with_digests(image: ImageFacts, digests: Mapping[int, str]) -> ImageFacts:
     return replace(image, fused=replace(image.fused, **parts))
 
 
-#: Shorter programs are lowered faster than they are read.
+#: Shorter programs are lowered faster than they are read, unless the compiler must be imported first: text of users has
+#: imported it already.
 MIN_INSTRUCTIONS = 16
 _PICKLE = DataPickle(
     (
@@ -157,16 +158,23 @@ def lower_once(program: ir.TypedKernel, facts: Facts, known: Programs | None = N
     try:
         name = digest(disk_cache.text_digest(Path(__file__).parent), known.digest(program), facts_digest(facts))
     except (TypeError, RecursionError):
-        return lower(program, facts)
+        return _lowered(program, facts)
     if name not in known.found:
         data = disk_cache.recall("programs", name)
         program_ = None if data is None else _read(data)
         if program_ is None:
-            program_ = lower(program, facts)
-            if scalar.count(program_.body) >= MIN_INSTRUCTIONS and (data := _PICKLE.written((program_.key, program_))):
+            program_ = _lowered(program, facts)
+            is_worth = program.source.file.startswith(PACKAGE) or scalar.count(program_.body) >= MIN_INSTRUCTIONS
+            if is_worth and (data := _PICKLE.written((program_.key, program_))):
                 disk_cache.remember("programs", name, data)
         known.found[name] = program_
     return known.found[name]
+
+
+def _lowered(program: ir.TypedKernel, facts: Facts) -> scalar.ScalarProgram:
+    with importing:
+        # A program whose kernels are cached does not import the compiler.
+        return lower(program, facts)
 
 
 def _read(data: bytes) -> scalar.ScalarProgram | None:

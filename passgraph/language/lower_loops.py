@@ -7,7 +7,6 @@ when the actual number of iterations is reached.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from passgraph.language import ir
@@ -15,6 +14,7 @@ from passgraph.language import scalar as s
 from passgraph.language.facts import Facts
 from passgraph.language.meanings import INT_MAX
 from passgraph.language.source import fail
+from passgraph.records import dataclass
 
 if TYPE_CHECKING:
     from passgraph.language.lower import Lowering

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Literal, get_args
+
+from passgraph.records import dataclass
 
 #: Functions as this package computes them, alike on every backend, or the device's own.
 Math = Literal["exact", "native"]

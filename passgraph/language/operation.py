@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
 from passgraph.cached import cached_property
 from passgraph.language.meanings import Values
 from passgraph.language.symbols import Symbol
+from passgraph.records import dataclass
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from passgraph.language import ir
 from passgraph.language.source import Span, fail
 from passgraph.language.types import FLOAT, INT, IVEC2, Scalar, Vector, element_of, with_element
 from passgraph.language.typing_rules import apply, widen
+from passgraph.records import dataclass
 
 if TYPE_CHECKING:
     from passgraph.language.function_body import Builder

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import TypeAlias
 
 from passgraph.cached import cached_property
@@ -19,6 +19,7 @@ from passgraph.language.parameter_name import ParameterName
 from passgraph.language.source import NOWHERE, Span
 from passgraph.language.types import UINT, Type, element_of, held_as
 from passgraph.ranges import Range
+from passgraph.records import dataclass
 
 #: Part of every key: raise it when the meaning of a program or of an emitter changes.
 FORMAT_VERSION = 3
@@ -362,6 +363,22 @@ class ScalarProgram:
         slots = [(s.block, s.offset, s.count) for s in self.uniforms]
         text = repr((*parts, slots, [(n, t, [float(v).hex() for v in vs]) for n, t, vs in self.tables], self.images))
         return hashlib.sha256(text.encode()).hexdigest()
+
+    @cached_property
+    def varying_images(self) -> frozenset[str]:
+        """The images whose relative reads are at offsets that depend on the pixel's values."""
+        alike: set[int] = set()
+        apart: set[str] = set()
+        for i in walk(self.body):
+            is_alike = all(isinstance(operand, Lit) or operand.id in alike for operand in operands_of(i))
+            if isinstance(i, For):
+                alike.add(i.index.id)
+            elif isinstance(i, LoadTexel):
+                if i.relative and not is_alike:
+                    apart.add(i.image)
+            elif is_alike and isinstance(i, (Op, Choose, LoadUniform, LoadTable)):
+                alike.update(value.id for value in results_of(i))
+        return frozenset(apart)
 
     @property
     def float_count(self) -> int:

@@ -10,7 +10,7 @@ import math
 import re
 import types as pytypes
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from difflib import get_close_matches
 from typing import Annotated, Any
 
@@ -43,6 +43,7 @@ from passgraph.language.types import (
 )
 from passgraph.language.uniform_layout import described, in_order
 from passgraph.ranges import Range
+from passgraph.records import dataclass
 
 #: All names of the language itself.
 OWN = (*NAMED, *symbols.FUNCTIONS, *FUNCTIONS, *BUILTINS.values(), "Const", "Array", "Vertex", "len", "range", "pi")
@@ -420,9 +421,8 @@ def classified(value: object, path: str, scope: Scope, span: Span) -> Any:
             return NAMED[symbols.TYPE_MARKERS[value]]
         if value in (symbols.Const, symbols.Array, symbols.Vertex, tuple):
             return value
-        struct = value.__dict__.get("__passgraph_struct__")
-        if isinstance(struct, Struct):
-            return struct
+        if "__passgraph_struct__" in vars(value):
+            return vars(value)["__passgraph_struct__"]()
         if dataclasses.is_dataclass(value):
             fail(span, f"{path} is a plain dataclass; mark it with @pg.struct to use it in kernels")
     attached = getattr(value, "__passgraph_function__", None)

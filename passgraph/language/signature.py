@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ast
 import math
-from dataclasses import dataclass
 from typing import Annotated, Any
 
 from passgraph.arguments import shown
@@ -46,6 +45,7 @@ from passgraph.language.types import (
     sides_of,
 )
 from passgraph.language.uniform_layout import in_range
+from passgraph.records import dataclass
 
 #: Attributes of a vertex, with the value for meshes without the attribute.
 VERTEX_FIELDS: dict[str, tuple[Type, tuple[float, ...]]] = {

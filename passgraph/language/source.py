@@ -8,16 +8,15 @@ import linecache
 import os
 import re
 import textwrap
-import types as pytypes
 import unicodedata
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from passgraph.cached import cached_property
 from passgraph.errors import KernelError, PassgraphError
+from passgraph.records import dataclass
 
 #: Folder of this package, with its own kernels.
 PACKAGE = f"{Path(__file__).parents[1]}{os.sep}"
@@ -196,23 +195,21 @@ def source_of(function: Callable[..., object] | type) -> Source:
     return Source(file, text, max(1, first), indent)
 
 
-def source_of_class(cls: type, frame: pytypes.FrameType | None) -> Source:
-    """Return the text of a class statement that is running in ``frame``.
+def source_of_class(cls: type, file: str, names: dict[str, Any], line: int) -> Source:
+    """Return the text of a class statement of which ``line`` of ``file`` is a part; ``names``: its globals.
 
     Python 3.11 finds classes by name and only in modules with a file; the running line also finds those of notebook
     cells, and the right one of two with one name.
     """
-    if frame is not None:
-        file = frame.f_code.co_filename
-        linecache.checkcache(file)
-        lines = linecache.getlines(file, frame.f_globals)
-        for node in _classes("".join(lines)):
-            if node.name != cls.__name__:
-                continue
-            first = min([node.lineno, *(d.lineno for d in node.decorator_list)])
-            if first <= frame.f_lineno <= (node.end_lineno or node.lineno):
-                text, indent = _dedented(lines[first - 1 : node.end_lineno])
-                return Source(file, text, first, indent)
+    linecache.checkcache(file)
+    lines = linecache.getlines(file, names)
+    for node in _classes("".join(lines)):
+        if node.name != cls.__name__:
+            continue
+        first = min([node.lineno, *(d.lineno for d in node.decorator_list)])
+        if first <= line <= (node.end_lineno or node.lineno):
+            text, indent = _dedented(lines[first - 1 : node.end_lineno])
+            return Source(file, text, first, indent)
     return source_of(cls)
 
 

@@ -7,11 +7,11 @@ as :func:`pixel` in ordinary Python is an error, while ``vec3(1, 0, 0)`` makes a
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Generic, Self, TypeVar
 
 from passgraph.arguments import shown
 from passgraph.errors import PassgraphError
+from passgraph.records import dataclass
 
 #: The largest uint: 32 bits.
 UINT_MAX = 2**32 - 1

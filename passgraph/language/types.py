@@ -7,8 +7,10 @@ in source: the parser splits them (:func:`plain_parts`), so later stages do not 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TypeAlias
+
+from passgraph.records import dataclass
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any, TypeAlias, cast
 
 import numpy as np
@@ -35,6 +34,7 @@ from passgraph.language.types import (
     shape_of,
 )
 from passgraph.language.typing_rules import apply, unify, widen
+from passgraph.records import dataclass
 
 
 @dataclass(frozen=True)

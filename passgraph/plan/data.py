@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from html import escape
 from itertools import pairwise
 from typing import TYPE_CHECKING, TypeAlias
@@ -21,6 +21,7 @@ from passgraph.language.builtin_name import BuiltinName
 from passgraph.language.native import MATH, Math
 from passgraph.language.parameter_name import ParameterName
 from passgraph.language.types import Array
+from passgraph.records import dataclass
 
 if TYPE_CHECKING:
     from passgraph.language.facts import Facts

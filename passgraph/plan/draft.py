@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TypeAlias
 
 from passgraph.formats import Format
 from passgraph.graph.targets import InputSpec, Pass, Target, TargetSpec
 from passgraph.language.builtin_name import BuiltinName
-from passgraph.language.lower import Facts
+from passgraph.language.facts import Facts
 from passgraph.language.lower_cache import Programs
 from passgraph.language.parameter_name import ParameterName
 from passgraph.language.scalar import ScalarProgram
 from passgraph.plan.data import Options
 from passgraph.plan.limits import Limits
+from passgraph.records import dataclass
 
 
 @dataclass(frozen=True)

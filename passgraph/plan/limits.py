@@ -7,7 +7,7 @@ import re
 import sys
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,6 +16,7 @@ from passgraph import arguments
 from passgraph.errors import BackendError, GraphError, InputError
 from passgraph.language.native import Accuracy
 from passgraph.plan.data import DrawStep, PixelStep, Plan, Resource, Step
+from passgraph.records import dataclass
 
 if TYPE_CHECKING:
     from passgraph.language.scalar import ScalarProgram

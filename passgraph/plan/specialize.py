@@ -12,10 +12,10 @@ from passgraph.graph.targets import DrawPass, InputSpec, Pass, PixelPass, Target
 from passgraph.language.border_rules import BORDERS
 from passgraph.language.builtin_name import BuiltinName
 from passgraph.language.emitter import eliminate_dead
+from passgraph.language.facts import Facts, ImageFacts
 from passgraph.language.ir import MIPS
 from passgraph.language.kernel import Kernel
 from passgraph.language.long_arrays import layout_of
-from passgraph.language.lower import Facts, ImageFacts
 from passgraph.language.lower_cache import lower_once
 from passgraph.language.native import Accuracy
 from passgraph.language.parameter_name import ParameterName

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 from itertools import chain, count
 from typing import NamedTuple, NoReturn
@@ -21,6 +21,7 @@ from passgraph.language.builtin_name import OUTPUT_SIZE, PIXEL, size_names
 from passgraph.language.parameter_name import ParameterName
 from passgraph.language.types import IVEC4
 from passgraph.plan.data import PixelStep, Plan, Resource, Step
+from passgraph.records import dataclass
 
 
 class Halo(NamedTuple):

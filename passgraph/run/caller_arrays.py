@@ -5,7 +5,7 @@ from __future__ import annotations
 import weakref
 from collections import defaultdict, deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import combinations
 from math import prod
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -21,6 +21,7 @@ from passgraph.formats import Format, as_many_channels, colour_format, curved, f
 from passgraph.graph.targets import InputSpec, Pass, Target
 from passgraph.plan.data import DrawStep, Plan
 from passgraph.quantise import opaque
+from passgraph.records import dataclass
 from passgraph.run.finite_checks import NonFinite, admitted, readers_of
 from passgraph.run.result import Results
 

@@ -6,7 +6,6 @@ One such value blackens everything within a blur's radius, and stays forever in 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias, cast, get_args
 
 import numpy as np
@@ -17,6 +16,7 @@ from passgraph.errors import GraphError, InputError
 from passgraph.formats import Format
 from passgraph.graph.targets import Pass, PixelPass, Target
 from passgraph.plan.data import Plan, Step
+from passgraph.records import dataclass
 
 Picture: TypeAlias = NDArray[np.float32]
 NonFinite: TypeAlias = Literal["error", "replace", "keep"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import asin, atan, atan2, cos, hypot, isfinite, pi, sin, tan
 from typing import NamedTuple
 
@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from passgraph.arguments import shown
 from passgraph.errors import InputError
+from passgraph.records import dataclass
 from passgraph.scene.matrices import (
     Float64,
     Vec3,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import asin, atan2, inf, pi, radians, tan
 from typing import Literal, cast
 
@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from passgraph.arguments import among, shown, string
 from passgraph.errors import InputError
+from passgraph.records import dataclass
 from passgraph.scene.camera import aim_of
 from passgraph.scene.matrices import (
     Float64,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from math import inf
 from typing import Literal, get_args
 
@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from passgraph import arguments
 from passgraph.cached import cached_property
 from passgraph.errors import InputError
+from passgraph.records import dataclass
 from passgraph.scene.matrices import Float64, floats, matrix4, number, transform_points
 from passgraph.scene.meshes import Mesh
 from passgraph.srgb import srgb_to_linear

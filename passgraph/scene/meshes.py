@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,6 +12,7 @@ from passgraph.arguments import numbers, shown, string
 from passgraph.cached import cached_property
 from passgraph.errors import InputError
 from passgraph.graph.draw_state import Fixed, fixed
+from passgraph.records import dataclass
 from passgraph.scene.matrices import Float64, floats, transform_points, vec3
 
 Float = NDArray[np.floating]

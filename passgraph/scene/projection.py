@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from passgraph.arguments import flag, is_number, numbers, shown
 from passgraph.errors import InputError
+from passgraph.records import dataclass
 from passgraph.scene.matrices import Float64, floats, number
 
 #: Tolerance of entries that must be 0, relative to the largest in their row: engines store matrices in float32.

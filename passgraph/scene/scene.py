@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from math import pi
 from os import PathLike
@@ -13,6 +12,7 @@ from typing import Literal, cast
 from passgraph import arguments
 from passgraph.cached import cached_property
 from passgraph.errors import InputError
+from passgraph.records import dataclass
 from passgraph.scene.camera import (
     DEFAULT_AZIMUTH_RAD,
     DEFAULT_ELEVATION_RAD,

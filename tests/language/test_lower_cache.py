@@ -46,7 +46,7 @@ def soften(more: str = "0.0") -> PixelKernel:
 def from_disk(kernel: PixelKernel, facts: Facts, monkeypatch: pytest.MonkeyPatch) -> ScalarProgram:
     """A program that may not be lowered again."""
     with monkeypatch.context() as patch:
-        patch.setattr(lower_cache, "lower", None)
+        patch.setattr(lower_cache, "_lowered", None)
         return lower_once(kernel.program, facts)
 
 

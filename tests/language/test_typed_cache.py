@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import pickle
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
@@ -124,3 +127,25 @@ def test_a_file_with_anything_else_is_no_kernel(content: bytes) -> None:
     assert stamp is not None
     disk_cache.remember("kernels", lower_cache.digest(stamp, "x"), content)
     assert typed_cache.recall("x") is None
+
+
+#: A soft shadow, and the modules of the compiler that it imported.
+SHADOW = """
+import sys, passgraph as pg
+from passgraph.effects import soft_shadow
+with pg.compile(soft_shadow(pg.Scene.shipped()), backend="numpy", size=(48, 32)) as program:
+    program()
+compilers = "language.parse language.expressions language.lower backends.numpy.pixels.code backends.numpy.pixels.body"
+print(*[name for name in compilers.split() if f"passgraph.{name}" in sys.modules])
+"""
+
+
+def test_a_second_process_imports_no_compiler(own_cache: Path) -> None:
+    environment = {**os.environ, disk_cache.CACHE_VARIABLE: str(own_cache)}
+    first, second = (
+        subprocess.run(
+            [sys.executable, "-c", SHADOW], env=environment, capture_output=True, text=True, check=True
+        ).stdout
+        for _ in range(2)
+    )
+    assert "language.lower" in first and second.strip() == ""

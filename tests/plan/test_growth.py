@@ -240,8 +240,8 @@ def gains(count: int) -> Target:
 def test_rows_that_are_alike_are_lowered_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """Wherever in the graph they stand: what is fused is numbered from 0 on in each."""
     lowered: list[str] = []
-    original = lower_cache.lower
-    monkeypatch.setattr(lower_cache, "lower", lambda *given: lowered.append(given[0].name) or original(*given))
+    original = lower_cache._lowered
+    monkeypatch.setattr(lower_cache, "_lowered", lambda *given: lowered.append(given[0].name) or original(*given))
     with plan([gains(30)]) as program:
         steps = [step for step in program.plan.steps if isinstance(step, PixelStep) and step.fused]
     assert len(steps) == 30

@@ -6,7 +6,6 @@ from __future__ import annotations
 import ctypes
 import hashlib
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import partial
 from importlib.util import find_spec
 from itertools import accumulate
@@ -18,6 +17,7 @@ import numpy as np
 from passgraph.backends.numpy.machine.machine_code import Code, function_code
 from passgraph.cached import cached_property
 from passgraph.errors import BackendError
+from passgraph.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import lru_cache
 
 from passgraph.backends.numpy.machine.workers import ROOM
@@ -19,6 +19,7 @@ from passgraph.language.builtin_name import BuiltinName
 from passgraph.language.lowering.channels import before_rounding, selection, single_channel
 from passgraph.language.scalar import nameless
 from passgraph.plan.window import Halo
+from passgraph.records import dataclass
 
 #: Facts about an image that a body reads anywhere: address, width, height, row stride in pixels.
 IMAGE = ("", "_w", "_h", "_p")

@@ -8,15 +8,14 @@ independent and results are bit-identical to running pass by pass.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Protocol
 
 from passgraph.formats import Format
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS
-from passgraph.language.lowering.windows import varying_images
 from passgraph.plan.data import PixelStep
 from passgraph.plan.window import Halo
+from passgraph.records import dataclass
 
 #: Most texels of a pass's windows, rows times columns: 256 x 256, or a row of 65,536.
 MAX_WINDOW = 1 << 16
@@ -35,7 +34,7 @@ def reach(uses: Sequence[s.ImageUse]) -> Halo:
 
 def near_images(program: s.ScalarProgram) -> tuple[s.ImageUse, ...]:
     """Return the images whose relative reads use windows."""
-    apart = varying_images(program) if any(use.relative for use in program.images) else set()
+    apart = program.varying_images if any(use.relative for use in program.images) else frozenset()
     around, halo = Halo(), []
     for use in program.images:
         wider = around.over(reach([use]))

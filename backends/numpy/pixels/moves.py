@@ -6,7 +6,7 @@ and some channels of each pixel may be skipped, as in ``rgba[..., :3]``.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -22,6 +22,7 @@ from passgraph.formats import Format
 from passgraph.language import scalar as s
 from passgraph.plan.window import Halo
 from passgraph.quantise import convert
+from passgraph.records import dataclass
 
 #: NumPy moves smaller pictures faster than compiled code is looked up.
 LEAST = 1 << 14

@@ -4,7 +4,7 @@ arithmetic."""
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 from passgraph.formats import Format
 from passgraph.language import scalar as s
@@ -12,6 +12,7 @@ from passgraph.language.borders import BORDERS
 from passgraph.language.builtin_name import PIXEL, BuiltinName, size_names
 from passgraph.language.lowering.building import Builder, number
 from passgraph.language.lowering.windows import Window, windows_of
+from passgraph.records import dataclass
 
 #: The first index that exceeds 32 bits.
 INT_LIMIT = 1 << 31

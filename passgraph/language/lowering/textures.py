@@ -7,12 +7,12 @@ textures clamp to their edge.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS
 from passgraph.language.builtin_name import PIXEL, BuiltinName, size_names
 from passgraph.language.lowering.building import Builder, number
+from passgraph.records import dataclass
 
 #: Larger than every picture, and small enough that its float stays an int after multiplication and rounding.  Larger
 #: offsets are reduced first: adding the pixel's position could overflow 32 bits.

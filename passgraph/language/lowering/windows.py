@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 from passgraph.language import scalar as s
+from passgraph.records import dataclass
 
 #: Most texels from the first to the last of a window.
 MAX_SPAN = 16
@@ -57,19 +57,3 @@ def _blocks(body: tuple[s.Instruction, ...]) -> Iterator[tuple[s.Instruction, ..
             yield from (i.then, i.orelse)
         elif isinstance(i, s.For):
             yield i.body
-
-
-def varying_images(program: s.ScalarProgram) -> set[str]:
-    """Return the images whose relative reads are at offsets that depend on the pixel's values."""
-    alike: set[int] = set()
-    apart: set[str] = set()
-    for i in s.walk(program.body):
-        is_alike = all(isinstance(operand, s.Lit) or operand.id in alike for operand in s.operands_of(i))
-        if isinstance(i, s.For):
-            alike.add(i.index.id)
-        elif isinstance(i, s.LoadTexel):
-            if i.relative and not is_alike:
-                apart.add(i.image)
-        elif is_alike and isinstance(i, (s.Op, s.Choose, s.LoadUniform, s.LoadTable)):
-            alike.update(value.id for value in s.results_of(i))
-    return apart
