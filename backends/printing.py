@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 import struct
 from abc import ABC, abstractmethod
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import ClassVar
 
 import numpy as np
 
+from passgraph import disk_cache
 from passgraph.cached import cached_property
 from passgraph.language import scalar as s
 from passgraph.language.builtin_name import BuiltinName
@@ -35,6 +37,34 @@ class Listing:
     def span_at(self, line: int) -> Span:
         """Return the kernel span behind a generated line, counted from 1 as compilers count."""
         return self.spans[min(max(line, 1), len(self.spans)) - 1] if self.spans else NOWHERE
+
+
+class KeptListing(Listing):
+    """Source from the disk cache. Its spans, for errors, are those of the source printed again."""
+
+    def __init__(self, text: str, make: Callable[[], Listing]) -> None:
+        vars(self).update(text=text, make=make)
+
+    @cached_property
+    def spans(self) -> tuple[Span, ...]:  # type: ignore[override]
+        return vars(self)["make"]().spans
+
+
+def kept(make: Callable[[], Listing], *key: object) -> Listing:
+    """Return the source that ``make`` prints, from the disk cache if it is there.
+
+    ``key`` is everything that its text depends on, in objects whose ``repr`` tells them apart; a program by its `key`.
+    """
+    stamp = disk_cache.package_stamp()
+    if stamp is None:
+        return make()
+    name = hashlib.sha256(repr((stamp, make.__module__, key)).encode(errors="surrogatepass")).hexdigest()
+    data = disk_cache.recall("sources", name)
+    if data is not None:
+        return KeptListing(data.decode(errors="surrogatepass"), make)
+    listing = make()
+    disk_cache.remember("sources", name, listing.text.encode(errors="surrogatepass"))
+    return listing
 
 
 class Printer(ABC):

@@ -205,13 +205,13 @@ def package_stamp() -> str | None:
 
 
 def _files(folder: str) -> Iterator[tuple[str, int, float]]:
-    """Yield the path, size in bytes and time of the last change of each Python and JSON file in a folder."""
+    """Yield the path, size in bytes and time of the last change of each file in a folder, without byte code."""
     with os.scandir(folder) as entries:
         for entry in entries:
-            if entry.name.endswith((".py", ".json")):
+            if "." in entry.name[1:]:
                 status = entry.stat()
                 yield entry.path, status.st_size, status.st_mtime
-            elif "." not in entry.name and entry.name != "__pycache__" and entry.is_dir():
+            elif entry.name != "__pycache__" and entry.is_dir():
                 yield from _files(entry.path)
 
 

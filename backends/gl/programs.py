@@ -16,7 +16,7 @@ from passgraph.backends.gl.counts_source import counting_dialect, counts_text, s
 from passgraph.backends.gl.dialect import Dialect, dialect_of
 from passgraph.backends.gl.glsl import GLSL, NAMES, in_vectors, region_name
 from passgraph.backends.gl.textures import ALL_PLAIN, Objects, Placements, Texture
-from passgraph.backends.printing import Listing
+from passgraph.backends.printing import Listing, kept
 from passgraph.backends.shader_printing import vec4_count
 from passgraph.cached import Recent
 from passgraph.errors import BackendError
@@ -110,9 +110,13 @@ class Programs:
             found = self.made[key] = self._recent[key] = link()
         return found
 
+    def _shader(self, program: ScalarProgram, varyings: tuple[BuiltinName, ...], placements: Placements) -> Listing:
+        given = varyings, placements, self.dialect
+        return kept(lambda: GLSL(program, *given).shader(), "glsl", program.key, *given)
+
     def pixel(self, program: ScalarProgram, placements: Placements = ALL_PLAIN) -> LinkedProgram:
         def link() -> LinkedProgram:
-            fragment = GLSL(program, (), placements, self.dialect).shader()
+            fragment = self._shader(program, (), placements)
             return self._link(Listing(self.dialect.fullscreen, (NOWHERE,)), fragment, (program,))
 
         return self._once(("", program.key, (), placements), link)
@@ -156,10 +160,10 @@ class Programs:
 
         def link() -> LinkedProgram:
             count = len(vertex.images)
-            first = GLSL(vertex, varyings, Placements(placements.images[:count]), self.dialect).shader()
+            first = self._shader(vertex, varyings, Placements(placements.images[:count]))
             if fragment is None:
                 return self._link(first, Listing(self.dialect.no_colour, (NOWHERE,)), (vertex,))
-            second = GLSL(fragment, varyings, Placements(placements.images[count:]), self.dialect).shader()
+            second = self._shader(fragment, varyings, Placements(placements.images[count:]))
             return self._link(first, second, (vertex, fragment))
 
         return self._once((vertex.key, "" if fragment is None else fragment.key, varyings, placements), link)

@@ -289,7 +289,8 @@ class PixelPassRunner:
         size = layouts[-1].size
         block = inner_block(self.step.program, size, group)
         run = run_of(block[2]) if self.backend.is_cpu else 1
-        source = pixel_source(self.step.program, images, layouts[image_count:], constant, run, block)
+        given = images, layouts[image_count:], constant, run, block
+        source = kept(lambda: pixel_source(self.step.program, *given), "opencl", self.step.program.key, *given)
         items = {name: self._items(name, size, block, run) for name in kernels_of(size, block)}
         grouped = any(group != (1, 1) for _, group in items.values())
         built = self.backend.programs.build(source, self.what, grouped)

@@ -10,7 +10,7 @@ from weakref import WeakValueDictionary
 import numpy as np
 
 from passgraph.backends.base import ATTRIBUTES, Block
-from passgraph.backends.printing import Listing
+from passgraph.backends.printing import Listing, kept
 from passgraph.backends.shader_printing import vec4_count
 from passgraph.backends.webgpu.trusted import trusted_module
 from passgraph.backends.webgpu.wgsl import (
@@ -26,6 +26,7 @@ from passgraph.backends.webgpu.wgsl import (
 )
 from passgraph.cached import Recent
 from passgraph.errors import BackendError
+from passgraph.language.builtin_name import BuiltinName
 from passgraph.language.scalar import ScalarProgram, filtered_images
 from passgraph.language.source import NOWHERE
 from passgraph.plan.data import DrawStep
@@ -37,6 +38,10 @@ _VERTEX, _FRAGMENT = 1, 2
 #: take about half a megabyte.
 MOST_CACHED = 32
 _T = TypeVar("_T")
+
+
+def _shader(program: ScalarProgram, varyings: tuple[BuiltinName, ...], steps: tuple[int, ...]) -> Listing:
+    return kept(lambda: WGSL(program, varyings, steps).shader(), "wgsl", program.key, varyings, steps)
 
 
 class Programs:
@@ -100,7 +105,7 @@ class Programs:
         return self.once(("pixel", program.key, steps, formats), lambda: self._pixel(program, steps, formats))
 
     def _pixel(self, program: ScalarProgram, steps: tuple[int, ...], formats: tuple[str, ...]) -> Any:
-        module = self.module(WGSL(program, (), steps).shader(), program.name)
+        module = self.module(_shader(program, (), steps), program.name)
         corners = self.module(Listing(FULLSCREEN, (NOWHERE,)), "fullscreen")
         layout = self.device.create_pipeline_layout(bind_group_layouts=[self.stage_layout(program)])
         return self.pipeline(
@@ -133,10 +138,10 @@ class Programs:
             for location, (name, (_, size)) in enumerate(ATTRIBUTES.items())
             if name in vertex.attributes
         ]
-        first = self.module(WGSL(vertex, varyings, steps[:count]).shader(), vertex.name)
+        first = self.module(_shader(vertex, varyings, steps[:count]), vertex.name)
         layouts, shown = [self.stage_layout(vertex)], {}
         if fragment is not None:
-            second = self.module(WGSL(fragment, varyings, steps[count:]).shader(), fragment.name)
+            second = self.module(_shader(fragment, varyings, steps[count:]), fragment.name)
             layouts.append(self.stage_layout(fragment))
             shown = {"fragment": {"module": second, "entry_point": "main", "targets": list(targets)}}
         return self.pipeline(

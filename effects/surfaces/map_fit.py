@@ -63,7 +63,8 @@ def pieces_of(nodes: Sequence[pg.Node], origin: Float64) -> Float64:
     grouped = np.stack([np.full((count, 3), np.inf), np.full((count, 3), -np.inf)], axis=1)
     np.minimum.at(grouped[:, 0], which, small[:, 0])
     np.maximum.at(grouped[:, 1], which, small[:, 1])
-    return np.concatenate([np.unique(boxes[large], axis=0), grouped])
+    # With an index, np.unique does not import numpy.ma.
+    return np.concatenate([np.unique(boxes[large], axis=0, return_index=True)[0], grouped])
 
 
 def corners_of(boxes: Float64) -> Float64:

@@ -174,6 +174,8 @@ def lower_once(program: ir.TypedKernel, facts: Facts, known: Programs | None = N
 def _lowered(program: ir.TypedKernel, facts: Facts) -> scalar.ScalarProgram:
     with importing:
         # A program whose kernels are cached does not import the compiler.
+        from passgraph.language.lower import lower
+
         return lower(program, facts)
 
 

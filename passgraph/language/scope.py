@@ -231,8 +231,8 @@ class FunctionSource:
 
     @property
     def is_lazy(self) -> bool:
-        """Return True for functions at the top of this package's modules: its tests read them all, a program few."""
-        return bool(self.cache_key) and "<locals>" not in self.qualname
+        """Return True for functions of this package that the cache can hold: its tests read them all, a program few."""
+        return bool(self.cache_key)
 
     @cached_property
     def _read(self) -> tuple[Source, ast.FunctionDef]:
