@@ -46,8 +46,9 @@ class KeptListing(Listing):
         vars(self).update(text=text, make=make)
 
     @cached_property
-    def spans(self) -> tuple[Span, ...]:  # type: ignore[override]
-        return vars(self)["make"]().spans
+    def spans(self) -> tuple[Span, ...]:
+        listing: Listing = vars(self)["make"]()
+        return listing.spans
 
 
 def kept(make: Callable[[], Listing], *key: object) -> Listing:

@@ -25,7 +25,7 @@ from passgraph.backends.base import Block
 from passgraph.backends.opencl.opencl_c import OpenCLPrinter, element, join, prologue
 from passgraph.backends.opencl.programs import MOST_LAYOUTS
 from passgraph.backends.opencl.storage import INT_LIMIT, ImageLayout, Storage
-from passgraph.backends.printing import Listing
+from passgraph.backends.printing import Listing, kept
 from passgraph.cached import Recent
 from passgraph.language.builtin_name import OUTPUT_SIZE, PIXEL
 from passgraph.language.scalar import ScalarProgram, count
