@@ -192,6 +192,27 @@ def test_effects_read_and_write_the_overscan(tmp_path: Path) -> None:
     assert pg.load(tmp_path / "in.exr", overscan=True).shape == (42, 56, 4)
 
 
+@pytest.mark.parametrize("many", [False, True])
+def test_a_further_picture_without_overscan(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], many: bool
+) -> None:
+    """The display window is computed as without overscan, and what lies outside of it stays."""
+    monkeypatch.chdir(tmp_path)
+    channels = layered(Path("in.1.exr"), (56, 42), **windows((-8, -6, 47, 35), (0, 0, 39, 29)))
+    pg.save("z.1.exr", rng.random((30, 40), np.float32))
+    words = ("in.#.exr", "--depth", "z.#.exr") if many else ("in.1.exr", "--depth", "z.1.exr")
+    fog = ("fog", "--density", "0.5", *words)
+    assert apply(*fog, "-o", "out.#.exr" if many else "out.1.exr") == 0
+    assert "z.1.exr: has no overscan as in.1.exr has" in capsys.readouterr().err
+    assert apply(*fog, "-o", "plain.#.exr" if many else "plain.1.exr", "--drop-layers") == 0
+    _, found = stored(Path("out.1.exr"))
+    np.testing.assert_array_equal(pg.load("out.1.exr"), pg.load("plain.1.exr"))
+    assert same_bits({"R": found["R"][:6]}, {"R": channels["R"][:6]}, "R")
+    # One that has it is read with it.
+    assert apply("fog", words[0], "--depth", f"{words[0]}:N.X", "-o", "own.#.exr" if many else "own.1.exr") == 0
+    assert not np.array_equal(stored(Path("own.1.exr"))[1]["R"][:6], channels["R"][:6])
+
+
 def test_light_that_leaves_a_crop_is_kept(tmp_path: Path) -> None:
     """A blur brings light out of the data window, which grows; elsewhere other channels are 0, as readers take them."""
     channels = layered(tmp_path / "in.exr", (17, 7), **windows((4, 3, 20, 9), (0, 0, 39, 29)))

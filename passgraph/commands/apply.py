@@ -21,8 +21,6 @@ from passgraph.commands.clips import (
     goes_into_folder,
     inputs_in_layer,
     inputs_of,
-    keeps_layers,
-    keeps_of_named,
     sources_of,
 )
 from passgraph.commands.color_spaces import color_space_options, space_of_results, take_color_spaces
@@ -36,6 +34,7 @@ from passgraph.commands.command_graph import (
 )
 from passgraph.commands.frames import Converted, FramesJob, Settings, colors_of, red_of, run_clips, velocity_of
 from passgraph.commands.large_picture import large_picture, stored_dtype, takes_gray, tiled_job
+from passgraph.commands.layers import keeps_of_named, read_overscan, reads_overscan
 from passgraph.commands.named import named_effect
 from passgraph.commands.options import (
     Decorated,
@@ -387,10 +386,12 @@ def apply_to_one(
         if tiles:
             tiles.run(output, run, options["color"])
             return 0
+    further = [path for path in parameters.values() if isinstance(path, Path)]
+    overscan = keeps and reads_overscan(picture, [*further, *([depth] if depth else [])])
     job = warmed_job(
         effect, parameters, options["warm_up"], read.audio,
         lambda given: picture_job(
-            effect, picture, depth, options["linear"], given, read.depth_buffer, overscan=keeps
+            effect, picture, depth, options["linear"], given, read.depth_buffer, overscan=overscan
         ),
     )  # fmt: skip
     run_and_save(job, output, run, bits, picture, options["color"], layers)
@@ -426,13 +427,12 @@ def apply_to_many(
     if writing.sheet is not None:
         options["select"] = evenly(clips[0].source, options["select"], writing.sheet[0] * writing.sheet[1])
     check_writing(writing, clips)
-    keeps = [clip for clip in clips if keeps_layers(clip)]
-    for clip in keeps:
-        clip.source.overscan = True  # type: ignore[attr-defined]  # of pictures
-    depths = None if read.depth is None else depth_of(read.depth, clips, overscan=bool(keeps))
     companions = pictures_beside(effect, arguments)
     stills = [path for path in arguments.values() if isinstance(path, Path) and path not in companions.values()]
-    opened = {name: frames_beside(path, clips, writing.raw, overscan=bool(keeps)) for name, path in companions.items()}
+    opened = {name: frames_beside(path, clips, writing.raw) for name, path in companions.items()}
+    depth = [] if read.depth is None else [read.depth]
+    overscan = read_overscan(clips, list(opened.values()), [*stills, *depth])
+    depths = None if read.depth is None else depth_of(read.depth, clips, overscan=overscan)
     further = [*opened.values(), *([depths] if depths else [])]
     if not any(getattr(source, "has_alpha", True) for source in [*sources, *opened.values(), Pictures(stills)]):
         effect = effect.for_opaque()
@@ -443,7 +443,7 @@ def apply_to_many(
     parameters, constants = picture_parameters(
         effect,
         {n: value for n, value in arguments.items() if n not in companions},
-        overscan=bool(keeps),
+        overscan=overscan,
         proxy=options.get("proxy", 1),
     )
     parameters |= {name: Input(name, "rgba32f") for name in opened}

@@ -41,7 +41,7 @@ from passgraph.files.video import INTERLACED, Video
 from passgraph.files.video_sink import ToVideo
 from passgraph.gain_map import HDR
 from passgraph.image_formats import WRITABLE
-from passgraph.pictures import in_layer, is_exr, split_layer
+from passgraph.pictures import in_layer, split_layer
 from passgraph.reading import check_regular
 from passgraph.records import dataclass
 
@@ -332,32 +332,6 @@ def check_clips(clips: list[Clip], output: str, more_inputs: Iterable[Path] = ()
             check_picture_path(outputs[0][0])
             for suffix in {path.suffix: path for path, _ in outputs}.values():
                 check_picture_path(suffix)
-
-
-def keeps_layers(clip: Clip) -> bool:
-    """Return True if a clip's outputs are OpenEXR files with the layers of its inputs."""
-    if not (isinstance(clip.sink, ToPictures) and clip.sink.keep_layers):
-        return False
-    files = [*inputs_of(clip.source), *(path for path, _ in outputs_of(clip))]
-    return isinstance(clip.source, Pictures) and all(map(is_exr, files))
-
-
-def keeps_of_named(inputs: tuple[str, ...], output: str, layer: str | None, *, told: bool) -> bool:
-    """Return False for the result of a layer that gets no layer's name: it is no color among the input's layers.
-
-    ``told``: a warning says so.
-    """
-    named = [path for path in map(Path, inputs) if split_layer(path)[1] is not None and is_exr(path)]
-    if not named or layer is not None:
-        return True
-    if told and is_exr(Path(output)):
-        file, read = split_layer(named[0])
-        click.echo(
-            f"passgraph: warning: {output}: holds the result alone; to keep the layers of {file}, name that of the "
-            f"result: -o {output}:{read}",
-            err=True,
-        )
-    return False
 
 
 def depth_of(path: Path, clips: list[Clip], *, overscan: bool = False) -> Source:
