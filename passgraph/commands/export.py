@@ -30,6 +30,7 @@ from passgraph.commands.options import (
 )
 from passgraph.commands.running import progress
 from passgraph.commands.shader_files import ShaderFileEffect
+from passgraph.commands.sound import open_audio, split_sound
 from passgraph.effects.effect_table import Effect
 from passgraph.errors import InputError
 from passgraph.files.program_folder import export_program
@@ -84,6 +85,12 @@ class _Export(EffectCommand):
     is_flag=True,
     help="With --web and a scene: the page turns the camera. Writes a table of poses, which takes seconds.",
 )
+@click.option(
+    "--audio",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="With --web: audio file, or video with sound, that the page plays for a shader that reads sound.",
+)
 @math_option
 @size_option()
 @click.option(
@@ -91,14 +98,15 @@ class _Export(EffectCommand):
 )
 @click.pass_context
 def export(
-    ctx: click.Context, /, inputs: tuple[Path, ...], web: Path | None, program: Path | None, orbit: bool, math: Math,
-    size: tuple[int, int] | None, linear: bool | None, **_: Any,
+    ctx: click.Context, /, inputs: tuple[Path, ...], web: Path | None, program: Path | None, orbit: bool,
+    audio: Path | None, math: Math, size: tuple[int, int] | None, linear: bool | None, **_: Any,
 ) -> None:  # fmt: skip
     """Export EFFECT to a folder that runs in a browser with WebGPU (--web), or in Python without its code (--program).
 
     EFFECT is an effect, a FILE.py of yours (it is run), or a shader file. INPUT is the picture that the page begins
     with, then its depth for effects on depth; a scene for effects that render one. Parameters given here are the
-    values that the page begins with.
+    values that the page begins with. Of a shader that reads sound, the page plays it, with an audio file as INPUT or in
+    --audio, or one that the page opens; a shader that reads keys gets those of the page.
 
     The folder needs no server of its own: python -m http.server --directory DIR. The page loads nothing from elsewhere.
     """
@@ -108,6 +116,11 @@ def export(
     if orbit and web is None:
         raise click.UsageError("--orbit is for a page; give --web DIR too, or leave it out")
     parameters = given_parameters(ctx)
+    pictures, sound = split_sound(effect, tuple(map(str, inputs)), audio)
+    inputs = tuple(map(Path, pictures))
+    if sound is not None and web is None:
+        raise click.UsageError(f"{sound}: a page plays sound; give --web DIR, or leave the sound out")
+    open_audio(effect, sound)
 
     def exported(for_python: bool) -> Exported:
         if effect.takes in ("scene", "world2d"):
@@ -115,7 +128,9 @@ def export(
         return _OfPictures(effect, inputs, size, linear, for_python).exported(parameters)
 
     if web is not None:
-        _write_page(exported(for_python=False), web, math, Orbit() if orbit else None)
+        page = exported(for_python=False)
+        described = replace(page.described, signals=effect.signals, sound=sound)
+        _write_page(replace(page, described=described), web, math, Orbit() if orbit else None)
     if program is not None:
         _write_program(exported(for_python=True), program, math)
 
@@ -139,6 +154,10 @@ def _write_page(exported: Exported, web: Path, math: Math, orbit: Orbit | None) 
         click.echo(
             f"- the page turns the camera: {' x '.join(map(str, written.poses))} azimuths, elevations, distances"
         )
+    if exported.described.signals:
+        sound = exported.described.sound
+        plays = "" if sound is None else f", and plays {sound}"
+        click.echo(f"- the page has {' and '.join(exported.described.signals)} for the shader{plays}")
     if exported.described.fixed:
         click.echo(f"- constant in this export: {', '.join(exported.described.fixed)}")
     if written.constants:

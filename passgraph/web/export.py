@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -24,6 +24,7 @@ from passgraph.plan.build import build
 from passgraph.plan.data import Options, Plan
 from passgraph.plan.dependencies import inputs_behind
 from passgraph.plan.limits import check_memory
+from passgraph.reading import read_bytes
 from passgraph.run.caller_arrays import Admission, bound_to
 from passgraph.viewer.subject import Control
 from passgraph.web.document import written_plan
@@ -36,6 +37,8 @@ from passgraph.writing import is_temporary, made_folder, write_files
 PAGE = Path(__file__).parent / "page"
 #: What the page and its test read; a folder that has other files is not written into.
 DOCUMENT, DATA, POSES = "effect.json", "effect.bin", "orbit.bin"
+#: Largest file of sound.
+MOST_SOUND_BYTES = 256 << 20
 #: Size where neither an input nor the caller says one.
 SIZE = (1280, 720)
 
@@ -51,6 +54,8 @@ class Described:
     fixed : parameters that are constants of the export: name → value
     frame_time : the parameter with the seconds of a frame, if there is one
     choices : of a parameter with choices, label → number
+    signals : inputs that the page fills: "keyboard" and "audio"
+    sound : the file that the page plays, as it is
     """
 
     name: str = "effect"
@@ -59,6 +64,8 @@ class Described:
     fixed: Mapping[str, object] = field(default_factory=dict)
     frame_time: str | None = None
     choices: Mapping[str, Mapping[str, int]] = field(default_factory=dict)
+    signals: Sequence[str] = ()
+    sound: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -132,8 +139,8 @@ def export_web(
     >>> dim = pg.kernel(source="def dim(color: Image, by: float = 0.5) -> vec4: return color[0, 0] * by")
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     written = export_web(dim(pg.Input("frame"), pg.Value("by", default=0.5)), folder, size=(64, 48))
-    ...     sorted(path.name for path in written.folder.iterdir()), written.values, written.resizable
-    (['effect.bin', 'effect.json', 'index.html', 'page.css', 'page.js', 'passgraph.js', 'plan.js'], ('by',), True)
+    ...     sorted(path.name for path in written.folder.iterdir())[:3], written.values, written.resizable
+    (['effect.bin', 'effect.json', 'index.html'], ('by',), True)
     """
     named, said = named_outputs(outputs), described or Described()
     specs = inputs_behind(list(named.values()))
@@ -161,9 +168,12 @@ def export_web(
         "name": said.name, "summary": said.summary,
         "sizeFrom": next((name for name, spec in specs.items() if spec.default is None and name in plan.inputs), None),
         "parameters": controls, "fixed": {name: _shown(value) for name, value in said.fixed.items()},
-        "constants": fixed, "frameTime": said.frame_time,
+        "constants": fixed, "frameTime": said.frame_time, "signals": list(said.signals), "sound": None,
     }  # fmt: skip
     beside = {f"input{number}.png": png for number, png in enumerate(files.values())}
+    if said.sound is not None:
+        document["sound"] = f"sound{said.sound.suffix.lower()}"
+        beside[document["sound"]] = read_bytes(said.sound, "sound", MOST_SOUND_BYTES)
     if poses is not None:
         document["orbit"], beside[POSES] = poses.described(POSES), poses.numbers.tobytes()
     written, counts = Path(folder), None if poses is None else tuple(map(len, poses.axes))
@@ -250,7 +260,7 @@ def _write(folder: Path, document: Mapping[str, Any], data: bytes, files: Mappin
     pages = {path.name: path.read_bytes() for path in sorted(PAGE.iterdir()) if path.is_file()}
     ours = {*pages, DOCUMENT, DATA, POSES, PROGRAM}
     names = [path.name for path in place.iterdir() if not is_temporary(path.name)]
-    other = [name for name in names if name not in ours and not _PICTURE.match(name)]
+    other = [name for name in names if name not in ours and not _GIVEN.fullmatch(name)]
     if other:
         raise InputError(
             f"{folder}: has other files, such as {sorted(other)[0]!r}; expected a new folder, or one of an earlier "
@@ -260,4 +270,4 @@ def _write(folder: Path, document: Mapping[str, Any], data: bytes, files: Mappin
     write_files(place, {**pages, **files, DATA: data, DOCUMENT: text.encode()})
 
 
-_PICTURE = re.compile(r"input\d+\.png")
+_GIVEN = re.compile(r"input\d+\.png|sound\.\w+")

@@ -1,6 +1,7 @@
 // The page of an exported effect: controls, input, zoom, and the value under the pointer.
 
 import { load } from "./passgraph.js";
+import { keyboard, sound } from "./signals.js";
 
 /** @param {string} id @returns {any} */
 const $ = (id) => document.getElementById(id);
@@ -10,6 +11,8 @@ let program;
 const values = {};
 /** Pictures that change by themselves, by input. @type {Record<string, HTMLVideoElement>} */
 const films = {};
+/** Of an effect that reads them. @type {{ keyboard?: ReturnType<typeof keyboard>, audio?: ReturnType<typeof sound> }} */
+const signals = {};
 const view = { x: 0, y: 0, zoom: 0 };
 /** The camera: radians to the right and up, and the factor of its distance, relative to the exported one. */
 const orbit = { azimuth: 0, elevation: 0, distance: 1 };
@@ -179,6 +182,7 @@ function show() {
 
 /** Show the value of the texel under the pointer. */
 async function showTexel() {
+  if (!program.frame) return;
   const name = $("target").value, [width, height] = program.sizeOf(name);
   const at = pointer && /** @type {[number, number]} */ (pointer.map((place, i) => Math.floor((i ? view.y : view.x) + place * ratio() / view.zoom)));
   if (!at || at[0] < 0 || at[1] < 0 || at[0] >= width || at[1] >= height) return void ($("texel").textContent = `${name}: ${width} x ${height}`);
@@ -193,14 +197,16 @@ async function tick(now) {
   requestAnimationFrame(tick);
   if (isBusy) return;
   const step = program.effect.frameTime ? 1000 * (values[program.effect.frameTime] ?? 0) : 0;
-  const moves = isPlaying && (isAnimated() || Object.keys(films).length > 0) && now - last >= step - 4;
+  const moves = isPlaying && (isAnimated() || Object.keys(films).length > 0 || Boolean(signals.audio?.isOn())) && now - last >= step - 4;
   if (!isDue && !moves) return;
   isBusy = true;
   isDue = false;
   last = now;
   try {
     const begin = performance.now();
-    program.run(films, values);
+    if (signals.audio?.isOn()) signals.audio.hear();
+    program.run({ ...films, ...Object.fromEntries(Object.entries(signals).map(([name, { picture }]) => [name, picture])) }, values);
+    if (signals.keyboard?.endFrame()) isDue = true;
     await program.device.queue.onSubmittedWorkDone();
     times = [...times.slice(-29), performance.now() - begin];
     show();
@@ -211,6 +217,41 @@ async function tick(now) {
   } catch (error) { fail(error); } finally { isBusy = false; }
 }
 const isAnimated = () => program.effect.history.length > 0 || program.steps.some((/** @type {any} */ step) => step.stages.some((/** @type {any} */ stage) => stage.values.some((/** @type {any} */ one) => one.value === "frame_index")));
+
+// Keyboard and sound
+
+/** @param {string|undefined} file */
+function useSignals(file) {
+  const { keyboard: keys, audio } = signals;
+  $("keys").hidden = !keys;
+  $("sound").hidden = !audio;
+  if (keys) {
+    const stage = $("stage"), isKept = (/** @type {KeyboardEvent} */ event) => event.key === "Tab" || event.key === "Escape" || event.ctrlKey || event.altKey || event.metaKey || /^F\d/.test(event.key);
+    stage.addEventListener("keydown", (/** @type {KeyboardEvent} */ event) => {
+      if (event.key === "Escape") stage.blur();
+      if (isKept(event)) return;
+      event.preventDefault();
+      event.stopImmediatePropagation();
+      if (!event.repeat) { keys.set(event.keyCode, true); isDue = true; }
+    }, { capture: true });
+    stage.addEventListener("keyup", (/** @type {KeyboardEvent} */ event) => { keys.set(event.keyCode, false); isDue = true; });
+    stage.addEventListener("blur", () => { keys.release(); isDue = true; });
+  }
+  if (!audio) return;
+  let source = file;
+  const shown = () => { $("hear").textContent = audio.isOn() ? "Stop the sound" : "Play the sound"; $("hear").ariaPressed = String(audio.isOn()); $("hear").hidden = !source && !audio.isOn(); isDue = true; };
+  const begin = async (/** @type {() => Promise<void>} */ what, /** @type {string} */ failure) => {
+    audio.stop();
+    try { await what(); program.reset(); $("error").hidden = true; } catch (error) { fail(`${failure}: ${error instanceof Error ? error.message : error}`); }
+    shown();
+  };
+  const play = () => begin(() => audio.play(source), "This browser cannot play the sound");
+  $("hear").onclick = () => { if (audio.isOn()) { audio.stop(); shown(); } else play(); };
+  $("open-sound").onclick = () => $("sound-file").click();
+  $("sound-file").onchange = () => { const [one] = $("sound-file").files; if (one) { source = URL.createObjectURL(one); play(); } };
+  $("microphone").onclick = () => begin(audio.listen, "The microphone cannot be used");
+  shown();
+}
 
 async function save() {
   const { data, width, height, channels } = await program.read($("target").value), bytes = new Uint8ClampedArray(4 * width * height);
@@ -234,7 +275,7 @@ function listen() {
   $("fit").onclick = () => { view.zoom = 0; show(); };
   $("actual").onclick = () => zoomTo(1);
   $("save").onclick = () => save().catch(fail);
-  $("play").onclick = () => { isPlaying = !isPlaying; $("play").ariaPressed = String(isPlaying); $("play").textContent = isPlaying ? "Pause" : "Play"; for (const one of Object.values(films)) isPlaying ? one.play() : one.pause(); };
+  $("play").onclick = () => { isPlaying = !isPlaying; if (!isPlaying) signals.audio?.element.pause(); $("play").ariaPressed = String(isPlaying); $("play").textContent = isPlaying ? "Pause" : "Play"; for (const one of Object.values(films)) isPlaying ? one.play() : one.pause(); };
   $("restart").onclick = () => { program.reset(); isDue = true; };
   const turns = (/** @type {MouseEvent} */ event) => Boolean(program.effect.orbit) && !event.altKey;
   stage.onwheel = (/** @type {WheelEvent} */ event) => {
@@ -270,14 +311,18 @@ try {
   const { name, summary, inputs, size } = program.effect;
   document.title = $("name").textContent = name;
   $("summary").textContent = summary;
+  for (const one of program.effect.signals) Object.assign(signals, { [one]: one === "keyboard" ? keyboard() : sound() });
+  const pictures = Object.keys(inputs).filter((input) => !(input in signals));
   for (const [input, { data }] of Object.entries(inputs)) {
+    if (input in signals) continue;
     if (!data && !program.given[input]) program.given[input] = card(size);
     $("input-name").append(element("option", { textContent: input }));
   }
-  $("input").hidden = !Object.keys(inputs).length;
-  $("input-row").hidden = Object.keys(inputs).length < 2;
+  $("input").hidden = !pictures.length;
+  $("input-row").hidden = pictures.length < 2;
   $("target").append(...program.targets.map((/** @type {string} */ one) => element("option", { textContent: one })));
   $("time").hidden = !isAnimated() && !Object.keys(inputs).length;
+  useSignals(program.effect.sound ?? undefined);
   if (program.effect.orbit) $("stage").ariaLabel = "Picture: drag or Ctrl and arrows turn the camera, wheel changes its distance; with Alt they move and zoom the picture, 0 fits it";
   $("camera-help").hidden = !program.effect.orbit;
   showControls();
