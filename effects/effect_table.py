@@ -80,6 +80,16 @@ class Effect:
         return parameters_of(self.function)
 
     @property
+    def needs_depth(self) -> bool:
+        """Return True if it takes a depth and has no default for it."""
+        from passgraph.signatures import signature
+
+        if self.takes != "picture+depth":
+            return False
+        depth = list(signature(self.function).parameters.values())[1]
+        return depth.default is depth.empty
+
+    @property
     def linear(self) -> bool:
         """Return True if pictures of 8 and 16 bits are decoded to linear light by default."""
         return bool(self.function.effect.linear)  # type: ignore[attr-defined]

@@ -99,10 +99,16 @@ def blurred(
     return before + rest * (1.0 - before_share) if before_share > 0.0 else rest
 
 
+@pg.kernel
+def one_distance() -> float:
+    """Return one distance for all pixels."""
+    return 1.0
+
+
 @effect("motion-blur", "picture+depth", linear=True, alpha="premultiplied")
 def motion_blur(
     color: pg.Target,
-    depth: pg.Target,
+    depth: pg.Target | None = None,
     *,
     camera: pg.Camera | pg.Value | None = None,
     previous_camera: pg.Camera | pg.Value | None = None,
@@ -120,7 +126,7 @@ def motion_blur(
     ----------
     color : linear light, any range; before tone mapping
     depth : red is the distance along the view axis in scene units, 0 where there is no surface; of the size of
-        ``color``
+        ``color``. With ``velocity`` it may be left out: all surfaces are at one distance then
     camera : the camera of both; default: one with ``vertical_fov_rad`` at the origin
     previous_camera : the camera of the frame before; without it and ``velocity``, nothing moves
     velocity : replaces that of the cameras: red and green are the motion of each pixel since the frame before, in
@@ -159,6 +165,10 @@ def motion_blur(
     """
     color = decoded(color, f"{name}_light")
     into = into or pg.target(name, "rgba32f", like=color)
+    if depth is None:
+        if velocity is None:
+            raise pg.GraphError(f"{name}: nothing tells how surfaces move; give their velocity, or depth and cameras")
+        depth = one_distance(into=pg.target(f"{name}_depth", "r32f", like=color), name=f"{name}_depth")
     if velocity is None:
         seen_by = camera_of(camera, vertical_fov_rad)
         velocity = camera_velocity(depth, seen_by, previous_camera or seen_by, name=f"{name}_velocity")

@@ -244,7 +244,7 @@ def command_of(effect: Effect) -> click.Command:
     if effect.takes == "picture+depth":
         from passgraph.commands.clips import depth_buffer_option, depth_option
 
-        command.params += [depth_option(required=True), depth_buffer_option()]
+        command.params += [depth_option(required=effect.needs_depth), depth_buffer_option()]
     if "audio" in effect.signals:
         command.params += audio_options(with_sound=False)
     command.params += options_beside(command.params, effect, FramesOption)

@@ -99,7 +99,7 @@ def picture_job(
     ``holds`` is the encoding of ``depth`` from an engine's buffer; ``overscan`` as for `passgraph.load`.
     """
     pictures = {"frame": load_frame(path, linear, overscan=overscan)}
-    if effect.takes == "picture+depth":
+    if effect.needs_depth or (effect.takes == "picture+depth" and depth is not None):
         if depth is None:
             raise InputError(f"effect {effect.name} needs --depth FILE: linear depth of each pixel of {path}")
         pictures["depth"] = load_depth(depth, overscan=overscan)

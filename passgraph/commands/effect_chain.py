@@ -92,6 +92,10 @@ class EffectChain(Effect):
         )
 
     @property
+    def needs_depth(self) -> bool:
+        return any(effect.needs_depth for effect in self.parts.values())
+
+    @property
     def linear(self) -> bool:
         return any(effect.linear for effect in self.parts.values())
 

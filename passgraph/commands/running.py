@@ -67,10 +67,11 @@ def frame_progress(
 ) -> Iterator[Callable[[Outcome], None]]:
     """Show a progress bar with frames a second and the time left; yield a function to call after each frame.
 
-    ``complaint`` returns the message for a failed frame, which is printed also without a terminal.
+    ``complaint`` returns the message for a failed frame, which is printed also without a terminal. A log gets a line
+    every `LOG_SECONDS`.
     """
     if not sys.stderr.isatty():
-        yield lambda outcome: click.echo(complaint(outcome), err=True) if outcome.state == "failed" else None
+        yield _Logged(name, count, complaint).step
         return
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, Task, TextColumn
@@ -92,6 +93,31 @@ def frame_progress(
             bar.advance(task)
 
         yield step
+
+
+#: Seconds between lines of progress in a log.
+LOG_SECONDS = 10.0
+
+
+class _Logged:
+    """Progress of frames as lines of a log; work that ends sooner gets none."""
+
+    def __init__(self, name: str, count: int | None, complaint: Callable[[Outcome], str]) -> None:
+        self.name, self.count, self.complaint = name, count, complaint
+        self.begin = self.said = perf_counter()
+        self.done = 0
+
+    def step(self, outcome: Outcome) -> None:
+        self.done += 1
+        if outcome.state == "failed":
+            click.echo(self.complaint(outcome), err=True)
+        now = perf_counter()
+        if now - self.said < LOG_SECONDS:
+            return
+        self.said, rate = now, self.done / (now - self.begin)
+        of = f" of {self.count}" if self.count else ""
+        left = f", {_time((self.count - self.done) / rate)} left" if self.count else ""
+        click.echo(f"{self.name}: {self.done}{of} frames, {rate:.1f} frames/s{left}", err=True)
 
 
 class Capture:

@@ -206,6 +206,11 @@ class Admission:
 
 def _picture(value: Any, spec: InputSpec) -> NDArray[Any]:
     what, expected = f"input {spec.name!r}", "be an array (height, width, channels) of numbers"
+    if (isinstance(value, int) and not isinstance(value, bool)) or hasattr(value, "glo"):
+        raise InputError(
+            f"{what} must {expected}, got {arguments.shown(value)}. For a texture of OpenGL give host.texture(...) of "
+            "the pg.gl.Host that the program runs on"
+        )
     array = arguments.numbers(value, what, expected)
     if array.ndim not in (2, 3):
         raise InputError(f"{what} must {expected}, got {arguments.shown(value)}")

@@ -17,6 +17,7 @@ from PIL import Image
 import passgraph as pg
 from passgraph.commands.entry import COMMANDS, run
 from passgraph.effects.effect_table import EFFECTS
+from tests.commands.told import Outcome
 
 MINE = '''
 import passgraph as pg
@@ -330,3 +331,34 @@ def test_an_error_of_my_own_file_is_told_with_its_line(
 ) -> None:
     Path("broken.py").write_text(text)
     assert refused(capsys, "apply broken.py photo.png -o out.png").endswith(f"broken.py: fails when run: {words}\n")
+
+
+def test_motion_blur_with_a_velocity_needs_no_depth(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ("a.0001", "a.0002", "v.0001", "v.0002"):
+        np.save(f"{name}.npy", np.random.default_rng(len(name)).random((6, 9, 4)).astype(np.float32) * 4)
+    for source, velocity, out in (("a.0001.npy", "v.0001.npy", "b.npy"), ("a.%04d.npy", "v.%04d.npy", "b.%04d.npy")):
+        words = ("apply", "motion-blur", source, "--velocity", velocity, "-o", out)
+        assert Outcome(capsys, *words).status == 0
+    assert (pg.load("b.npy") == pg.load("b.0001.npy")).all()
+    assert "nothing tells how surfaces move" in refused(capsys, "apply motion-blur a.0001.npy -o c.npy")
+    assert "--depth" in refused(capsys, "apply fog a.0001.npy -o c.npy")
+
+
+def test_a_log_has_lines_of_progress(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """By a clock of four seconds a call, so that about every third frame is told."""
+    monkeypatch.chdir(tmp_path)
+    pg.save("photo.png", np.zeros((4, 6, 3), np.uint8))
+    clock = iter(range(0, 4000, 4))
+    monkeypatch.setattr("passgraph.commands.running.perf_counter", lambda: float(next(clock)))
+    outcome = Outcome(capsys, "apply", "sepia", "photo.png", "--frames", "12", "-o", "out.%02d.png")
+    assert outcome.status == 0
+    lines = [line for line in outcome.err.splitlines() if "frames/s" in line]
+    assert lines == [
+        f"photo.png: {done} of 12 frames, 0.2 frames/s, {left} left"
+        for done, left in ((3, "36.00 s"), (6, "24.00 s"), (9, "12.00 s"), (12, "0.0 ms"))
+    ]

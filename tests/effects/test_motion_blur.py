@@ -166,3 +166,18 @@ def test_alpha_is_blurred_with_its_color() -> None:
     made = shown(motion_blur(FRAME, DEPTH, velocity=VELOCITY, taps=16), "numpy", **given)
     np.testing.assert_allclose(made[..., 3], made[..., 0], rtol=1e-6)
     assert made[..., 3].sum() == pytest.approx(0.5)
+
+
+def test_a_velocity_needs_no_depth() -> None:
+    random = np.random.default_rng(5)
+    frame = random.random((9, 14, 4)).astype(np.float32)
+    velocity = random.uniform(-6, 6, (9, 14, 2)).astype(np.float32)
+    moved = pg.Input("velocity")
+    with pg.compile(motion_blur(pg.Input("frame"), velocity=moved), backend="numpy") as program:
+        found = program(frame=frame, velocity=velocity)["motion_blur"]
+    with pg.compile(motion_blur(pg.Input("frame"), pg.Input("depth"), velocity=moved), backend="numpy") as program:
+        expected = program(frame=frame, velocity=velocity, depth=np.ones((9, 14, 1), np.float32))["motion_blur"]
+    assert (found == expected).all()
+    assert (found != frame).any()
+    with pytest.raises(pg.GraphError, match="motion_blur: nothing tells how surfaces move"):
+        motion_blur(pg.Input("frame"))

@@ -224,6 +224,10 @@ def test_set_names_what_is_missing() -> None:
     [
         ({}, "input 'frame' is missing; run the program as program(frame=picture)"),
         ({"frame": "photo.png"}, "input 'frame' must be an array (height, width, channels) of numbers"),
+        (
+            {"frame": 7},
+            "got 7. For a texture of OpenGL give host.texture(...) of the pg.gl.Host that the program runs on",
+        ),
         ({"frame": np.zeros((4, 8, 3), np.float32)}, "input 'frame' is rgba32f with 4 channel(s), got 3"),
         ({"frame": np.zeros((5, 8, 4), np.float32)}, "input 'frame' is declared 8x4 pixels, got 8x5"),
         (
