@@ -40,6 +40,10 @@ class BackendError(PassgraphError):
     """An unknown backend, a backend failure or lack of device memory."""
 
 
+class UnsupportedError(BackendError):
+    """A graph that takes more than this device has: a format, a feature, or a size. Another device may run it."""
+
+
 class DeviceMissingError(BackendError):
     """A missing driver or device; the message has the command that installs it."""
 

@@ -10,7 +10,7 @@ from typing import Any
 from passgraph.backends.gl import gl_functions as g
 from passgraph.backends.gl.gl_functions import Functions
 from passgraph.backends.gl.textures import Texture
-from passgraph.errors import BackendError
+from passgraph.errors import UnsupportedError
 from passgraph.formats import Format
 from passgraph.graph.draw_state import COMPARE, Blend, DrawState
 from passgraph.records import dataclass
@@ -235,13 +235,13 @@ def check_targets(gl: Functions, state: DrawState, formats: Sequence[Format], wh
 
     Raises
     ------
-    BackendError
+    UnsupportedError
         With the draw, and the feature that the driver lacks.
     """
     blends = state.blend or (None,) * len(formats)
     some = {b for b in blends if b is not None}
     if len(some) > 1 and gl.BlendFuncSeparatei is None:
-        raise BackendError(
+        raise UnsupportedError(
             f"{gl.backend}: {where} blends its targets in different ways, which takes OpenGL 4.0, OpenGL ES 3.2 or "
             "GL_ARB_draw_buffers_blend, and this driver has none; use one blend for all, or several draws"
         )
@@ -249,14 +249,14 @@ def check_targets(gl: Functions, state: DrawState, formats: Sequence[Format], wh
     if some:
         unlike = unlike or None in blends or len({f.channels == 3 for f in formats}) > 1
     if unlike and gl.ColorMaski is None:
-        raise BackendError(
+        raise UnsupportedError(
             f"{gl.backend}: {where} masks or blends some of its targets and not the others (those of three channels "
             "count as masked), which takes OpenGL ES 3.2 or GL_EXT_draw_buffers_indexed, and this driver has neither; "
             "treat all alike, or use several draws"
         )
     for blend, format_ in zip(blends, formats, strict=True):
         if blend is not None and not gl.has.blends(format_.number):
-            raise BackendError(
+            raise UnsupportedError(
                 f"{gl.backend}: {where} blends into {format_.name}, which takes GL_EXT_float_blend, and this driver "
                 f"lacks it; give the target a format of 16 or 8 bits, such as {format_.name.replace('32', '16')}"
             )

@@ -18,7 +18,7 @@ from passgraph.backends.webgpu.passes import DrawRun, Mesh, PixelRun
 from passgraph.backends.webgpu.programs import Programs
 from passgraph.backends.webgpu.textures import Stored, Texture, stored_as
 from passgraph.backends.webgpu.wgsl import WGSL
-from passgraph.errors import BackendError, PassgraphError
+from passgraph.errors import BackendError, PassgraphError, UnsupportedError
 from passgraph.formats import Format, float_format
 from passgraph.graph.draw_state import Geometry
 from passgraph.plan.data import CountStep, DrawStep, PixelStep
@@ -176,7 +176,9 @@ class WebGPUBackend(DriverBackend):
         uses = usage.TEXTURE_BINDING | usage.COPY_SRC | usage.COPY_DST | usage.RENDER_ATTACHMENT
         what = f"a {format_.name} target of {size[0]} x {size[1]}"
         if format_.stencil and devices.STENCIL not in self.device.features:
-            raise BackendError(f"webgpu: {what} takes the feature {devices.STENCIL}, and {self.device_name} lacks it")
+            raise UnsupportedError(
+                f"webgpu: {what} takes the feature {devices.STENCIL}, and {self.device_name} lacks it"
+            )
         with self.reported(f"making {what}"):
             texture = self.device.create_texture(size=(*size, 1), format=stored.name, usage=uses)
             view = texture.create_view()
@@ -274,12 +276,12 @@ class WebGPUBackend(DriverBackend):
 
         Raises
         ------
-        BackendError
+        UnsupportedError
             With the draw, and the feature that the device lacks.
         """
         units = step.state.polygon_offset[1]
         if units != int(units) or abs(units) >= 1 << 31:
-            raise BackendError(
+            raise UnsupportedError(
                 f"webgpu: draw {step.name!r} has a polygon offset of {units:g} units; WebGPU takes whole numbers of 32 "
                 "bits; round it"
             )
@@ -289,7 +291,7 @@ class WebGPUBackend(DriverBackend):
                 continue
             needed = "texture-formats-tier1" if format_.steps else devices.BLENDS
             if needed not in self.device.features:
-                raise BackendError(
+                raise UnsupportedError(
                     f"webgpu: draw {step.name!r} blends into {format_.name}, which takes the feature {needed}, and "
                     f"{self.device_name} lacks it; give the target a format of 8 bits, or one such as rgba16f"
                 )

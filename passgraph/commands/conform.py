@@ -96,7 +96,8 @@ def conform(
     """Run the conformance suite on a backend: every operation, format, draw state and effect, on small pictures.
 
     Each render target of each pass must lie within the bounds that follow from the rounding of operations and
-    formats. A case is vacuous, and does not pass, if rounding leaves too many of its pixels undecided.
+    formats. A case is vacuous, and does not pass, if rounding leaves too many of its pixels undecided. It is
+    unsupported, which is no fault, if the device lacks what it takes.
 
     Exit status: 0 every case passes, 1 some do not, 2 an error. With --baseline, 1 if some fail that did not fail so
     there; with --compare, 1 if some fail in B that did not fail so in A. With --every, 1 if a result is outside its
@@ -280,7 +281,7 @@ def _bar(count: int) -> Iterator[Progress]:
 
 
 def _show(report: SuiteReport) -> None:
-    """Print a table of groups, then a line for each case that did not pass."""
+    """Print a table of groups, then a line for each case that is unsupported or did not pass."""
     from rich import box
     from rich.console import Console
     from rich.table import Table
@@ -298,7 +299,8 @@ def _show(report: SuiteReport) -> None:
         )  # fmt: skip
     console = Console(highlight=False, soft_wrap=True)
     console.print(table)
-    for verdict in report.faults:
+    unsupported = [verdict for verdict in report.verdicts if verdict.outcome == "unsupported"]
+    for verdict in (*unsupported, *report.faults):
         console.print(str(verdict), markup=False)
     counts: dict[str, int] = {name: report.count(name) for name in get_args(Outcome)}
     if report.not_run:

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from passgraph import arguments
-from passgraph.errors import BackendError, GraphError, InputError
+from passgraph.errors import GraphError, InputError, UnsupportedError
 from passgraph.language.native import Accuracy
 from passgraph.plan.data import DrawStep, PixelStep, Plan, Resource, Step
 from passgraph.records import dataclass
@@ -83,11 +83,11 @@ class Limits:
 
 
 def check(plan: Plan, limits: Limits) -> None:
-    """Raise BackendError if the plan exceeds the limits of the device.
+    """Raise UnsupportedError if the plan exceeds the limits of the device.
 
     Raises
     ------
-    BackendError
+    UnsupportedError
         With the pass, the limit and the device.
     """
     writers = {resource: step.name for step in plan.steps for resource in step.writes}
@@ -114,7 +114,7 @@ def _check_picture(resource: Resource, writer: str | None, limits: Limits) -> No
     what = f"input {resource.name!r}" if writer is None else f"pass {writer!r}: target {resource.name!r}"
     lacks = limits.not_kept.get(format_.number) or (writer is not None and limits.not_written.get(format_.number))
     if lacks and not format_.is_depth:
-        raise BackendError(
+        raise UnsupportedError(
             f"{what} is {format_.name}; {limits.device} has no {'target' if writer else 'picture'} of that format, "
             f"which takes {lacks}; give it another one, such as rgba8, or use another backend"
         )
@@ -126,7 +126,7 @@ def _check_picture(resource: Resource, writer: str | None, limits: Limits) -> No
         (size, limits.picture_bytes, "bytes in a picture"),
     ):
         if actual > limit:
-            raise BackendError(
+            raise UnsupportedError(
                 f"{what} is {width}x{height} {resource.format.name} ({size / 2**20:.0f} MiB); {limits.device} takes "
                 f"{limit:,} {unit}; use a smaller size or format, or another backend"
             )
@@ -163,7 +163,7 @@ def _check_trips(step: Step, program: ScalarProgram, limits: Limits) -> None:
 
 
 def _refuse(step: Step, what: str, limits: Limits, limit: int, mend: str) -> None:
-    raise BackendError(f"pass {step.name!r} {what}; {limits.device} takes {limit:,} in one pass; {mend}")
+    raise UnsupportedError(f"pass {step.name!r} {what}; {limits.device} takes {limit:,} in one pass; {mend}")
 
 
 _UNITS = {"": 1, "k": 10**3, "m": 10**6, "g": 10**9, "t": 10**12}

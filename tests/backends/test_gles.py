@@ -137,6 +137,16 @@ def test_a_histogram_is_counted_by_a_compute_shader() -> None:
     np.testing.assert_array_equal(counts, np.bincount(frame.ravel(), minlength=256))
 
 
+def test_a_format_that_a_driver_lacks_is_unsupported_in_the_suite() -> None:
+    cases = [word for name in ("pictures/r8 7x5 clamp", "pictures/r16 7x5 clamp") for word in ("--only", name)]
+    command = [sys.executable, "-m", "passgraph", "conform", "--backend", "gles", *cases]
+    told = {"MESA_EXTENSION_OVERRIDE": "-GL_EXT_texture_norm16"}
+    done = subprocess.run(command, env={**os.environ, **told}, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert "r16; gles (" in done.stdout and "takes GL_EXT_texture_norm16" in done.stdout
+    assert done.stdout.splitlines()[-1] == "gles: 1 passed, 1 unsupported"
+
+
 # Devices and libraries
 
 

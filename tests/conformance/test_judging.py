@@ -15,6 +15,7 @@ import pytest
 import passgraph as pg
 from passgraph.backends.reference import ReferenceBackend
 from passgraph.backends.reference.stage import Storage
+from passgraph.errors import UnsupportedError
 from passgraph.formats import FORMATS
 from passgraph.plan.data import DrawStep, PixelStep
 from passgraph.verify.conformance import Case, SuiteReport, cases, judge, run
@@ -216,6 +217,30 @@ def test_what_a_backend_raises_fails_the_case() -> None:
     (verdict,) = judge(named("operations/add"), [Mistaken(broken)])
     assert verdict.outcome == "failed"
     assert verdict.reason.endswith("RuntimeError: the driver gave up")
+
+
+class Limited(Mistaken):
+    """A device without 16-bit fractions, that says so."""
+
+    limits = replace(ReferenceBackend.limits, not_kept={"u2": "wide fractions"})
+
+
+def test_what_a_device_lacks_is_unsupported_and_no_fault() -> None:
+    lacking, other = named("pictures/r16 7x5 clamp"), named("operations/add")
+    report = run(Limited(), [lacking, other])
+    assert [verdict.outcome for verdict in report.verdicts] == ["unsupported", "passed"]
+    assert "is r16; " in report.verdicts[0].reason and "takes wide fractions" in report.verdicts[0].reason
+    assert report.passed and report.groups[0].passed == 0
+    assert json.loads(json_of(report))["cases"][0]["outcome"] == "unsupported"
+    assert not run(Limited(), [lacking]).passed  # nothing was tried
+
+
+def test_a_backend_may_refuse_a_step_itself() -> None:
+    def refuse(step: Any, outputs: Any, depth: Any) -> None:
+        raise UnsupportedError("mistaken: this device lacks what it takes")
+
+    (verdict,) = judge(named("operations/add"), [Mistaken(refuse)])
+    assert (verdict.outcome, verdict.reason) == ("unsupported", "mistaken: this device lacks what it takes")
 
 
 def test_a_graph_that_cannot_be_made_fails_the_case() -> None:

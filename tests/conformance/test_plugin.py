@@ -17,11 +17,17 @@ MODULE = "passgraph.verify.conformance.pytest_plugin"
 INSTALLED = any(entry.value == MODULE for entry in entry_points(group="pytest11"))
 
 BACKEND = """
+from dataclasses import replace
 from passgraph.backends.reference import ReferenceBackend
 
 
 class PlainBackend(ReferenceBackend):
     name = "plain"
+
+
+class NarrowBackend(ReferenceBackend):
+    name = "narrow"
+    limits = replace(ReferenceBackend.limits, not_kept={"u2": "wide fractions"})
 
 
 class BrightBackend(ReferenceBackend):
@@ -38,7 +44,7 @@ def project(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> pytes
     pytester.makepyfile(my_backends=BACKEND, test_own="def test_own(): pass")
     info = pytester.mkdir("my_backends-1.0.dist-info")
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: my-backends\nVersion: 1.0\n")
-    lines = "plain = my_backends:PlainBackend\nbright = my_backends:BrightBackend\n"
+    lines = "plain = my_backends:PlainBackend\nbright = my_backends:BrightBackend\nnarrow = my_backends:NarrowBackend\n"
     (info / "entry_points.txt").write_text(f"[passgraph.backends]\n{lines}")
     monkeypatch.setenv("PYTHONPATH", f"{pytester.path}:{root}")
     return pytester
@@ -53,6 +59,12 @@ def test_every_case_is_a_test(project: pytest.Pytester) -> None:
     result = run(project, "--passgraph-backend", "plain", "--passgraph-group", "sequences", "-v")
     result.assert_outcomes(passed=15)
     result.stdout.fnmatch_lines(["*passgraph/plain::conformance[[]plain-sequences/a running sum in rgba32f[]] PASSED*"])
+
+
+def test_what_a_device_lacks_is_skipped(project: pytest.Pytester) -> None:
+    group = ("--passgraph-group", "pictures", "-k", "r16 and 7x5 and clamp", "-rs")
+    result = run(project, "--passgraph-backend", "narrow", *group)
+    result.stdout.fnmatch_lines(["SKIPPED*is r16; *takes wide fractions*"])
 
 
 def test_what_does_not_conform_fails_with_its_verdict(project: pytest.Pytester) -> None:

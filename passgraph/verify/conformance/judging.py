@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.base import Backend
+from passgraph.errors import UnsupportedError
 from passgraph.formats import Format
 from passgraph.language.native import Math
 from passgraph.plan.data import Options
@@ -31,8 +32,11 @@ from passgraph.verify.oracle.kept import Kept
 from passgraph.verify.oracle.pass_bounds import Key, Passes
 
 #: ``"undecided"``: a vacuous case of ``math="native"``, where specifications promise little; it is no fault.
+#: ``"unsupported"``: the backend refused the case before it ran, and named what its device lacks; that is no fault.
 #: ``"flaky"``: a case that ran several times, with different outcomes.
-Outcome = Literal["passed", "diverged", "undecided", "vacuous", "failed", "flaky"]
+Outcome = Literal["passed", "diverged", "undecided", "unsupported", "vacuous", "failed", "flaky"]
+#: Outcomes that are no fault.
+GOOD: tuple[Outcome, ...] = ("passed", "undecided", "unsupported")
 
 #: A value has narrow bounds if they span at most this share of its size, a step of its format, or …
 NARROW_SHARE = 1.0 / 64.0
@@ -103,7 +107,7 @@ class Verdict:
     seconds: float
     targets: tuple[TargetVerdict, ...] = ()
     divergence: Divergence | None = None
-    reason: str = ""  # for a case that is vacuous, failed or flaky
+    reason: str = ""  # for a case that is vacuous, unsupported, failed or flaky
 
     @classmethod
     def of_failure(cls, case: Case, backend: str, seconds: float, targets: tuple[TargetVerdict, ...] = ()) -> Verdict:
@@ -154,6 +158,8 @@ class Judge:
                 targets.append(target)
                 first = first or divergent
             first = first or self._inexact(backend)
+        except UnsupportedError as error:
+            return Verdict(case.group, case.name, name, "unsupported", perf_counter() - start, reason=str(error))
         except Exception:
             return Verdict.of_failure(case, name, perf_counter() - start, tuple(targets))
         outcome, reason = self._vacuous(targets)

@@ -12,12 +12,10 @@ import numpy as np
 
 from passgraph.errors import InputError
 from passgraph.reading import parsed_json, read_text
-from passgraph.verify.conformance.judging import Outcome, Verdict
+from passgraph.verify.conformance.judging import GOOD, Outcome, Verdict
 from passgraph.verify.conformance.suite import SuiteReport
 
 MOST_BYTES = 1 << 28
-#: Outcomes that are no fault.
-GOOD = ("passed", "undecided")
 
 
 def json_of(report: SuiteReport) -> str:

@@ -16,7 +16,7 @@ from passgraph.errors import BackendError, InputError
 from passgraph.language.native import MATH, Math
 from passgraph.verify.conditions import Conditions
 from passgraph.verify.conformance.case import Case
-from passgraph.verify.conformance.judging import Outcome, Verdict, judge, settled
+from passgraph.verify.conformance.judging import GOOD, Outcome, Verdict, judge, settled
 
 #: Group → the module whose ``cases`` yields it.
 GROUPS = {
@@ -99,12 +99,12 @@ class SuiteReport:
     @property
     def passed(self) -> bool:
         """Return True if some case ran and none is a fault."""
-        return bool(self.verdicts) and not self.faults
+        return any(verdict.outcome != "unsupported" for verdict in self.verdicts) and not self.faults
 
     @property
     def faults(self) -> tuple[Verdict, ...]:
         """Return the verdicts that did not pass, in order."""
-        return tuple(verdict for verdict in self.verdicts if verdict.outcome not in ("passed", "undecided"))
+        return tuple(verdict for verdict in self.verdicts if verdict.outcome not in GOOD)
 
     def count(self, outcome: Outcome) -> int:
         return sum(verdict.outcome == outcome for verdict in self.verdicts)

@@ -18,7 +18,7 @@ from passgraph.language.native import Accuracy, Math
 from passgraph.plan.build import build
 from passgraph.plan.data import CopyStep, DrawStep, Options, PixelStep, Plan, Step
 from passgraph.plan.dependencies import inputs_behind
-from passgraph.plan.limits import Limits
+from passgraph.plan.limits import Limits, check
 from passgraph.run.caller_arrays import admitted_picture, bound_to
 from passgraph.run.execution import Execution
 from passgraph.verify.oracle.allowed import Allowed
@@ -93,6 +93,7 @@ class Passes:
         """Yield the results of every step of each run; pictures of ``fed`` replace them before the next step reads
         them."""
         plan = self._plan_within(backend.limits)
+        check(plan, backend.limits)
         execution = Execution(plan, backend)
         order = {id(step): number for number, step in enumerate(plan.steps)}
         try:
