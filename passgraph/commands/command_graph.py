@@ -25,6 +25,7 @@ from passgraph.errors import InputError
 from passgraph.graph.calls import kernel
 from passgraph.graph.run_values import Value, sources_of
 from passgraph.graph.targets import Input, InputSpec, Target, named_outputs, target
+from passgraph.language import Image, vec2, vec3, vec4
 from passgraph.pictures import load, load_stored
 from passgraph.proxies import sampled
 from passgraph.records import dataclass
@@ -236,14 +237,36 @@ def run_values(outputs: dict[str, Target]) -> Iterator[Value]:
             yield from sources_of(node.values)
 
 
+@kernel
+def one_channel(color: Image) -> float:
+    return color[0, 0].r
+
+
+@kernel
+def two_channels(color: Image) -> vec2:
+    return color[0, 0].rg
+
+
+@kernel
+def three_channels(color: Image) -> vec3:
+    return color[0, 0].rgb
+
+
+@kernel
+def four_channels(color: Image) -> vec4:
+    return color[0, 0]
+
+
+#: Kernels that copy a picture, by its channels. Not from text, which would import the compiler.
+_COPIES = (one_channel, two_channels, three_channels, four_channels)
+
+
 def in_bytes(outputs: dict[str, Target]) -> dict[str, Target]:
     """Convert outputs to 8 bits by a further pass, which is fused into the last one."""
     converted = {}
     for name, output in outputs.items():
-        letters = "rgba"[: output.spec.format.channels] if output.spec.format else "rgba"
-        kind = f"vec{len(letters)}" if len(letters) > 1 else "float"
-        to_bytes = kernel(source=f"def in_bytes(color: Image) -> {kind}: return color[0, 0].{letters}")
-        converted[name] = to_bytes(output, into=target(f"{name} in bytes", f"{letters}8"))
+        channels = output.spec.format.channels if output.spec.format else 4
+        converted[name] = _COPIES[channels - 1](output, into=target(f"{name} in bytes", f"{'rgba'[:channels]}8"))
     return converted
 
 

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from PIL import Image, ImageDraw
 
 from passgraph.errors import InputError
 from passgraph.files.frame import Frame, Sink, Source, Stored
@@ -58,6 +57,8 @@ class ToContactSheet(Sink):
         factor = -(-picture.shape[1] * self.columns // WIDTH)
         cell = with_channels(reduced(picture, factor), 4)
         colors = np.rint(cell[..., :3].astype(np.float32) * (cell[..., 3:] / np.float32(255))).astype(np.uint8)
+        from PIL import Image, ImageDraw  # here, since each apply imports this module
+
         shown = Image.fromarray(colors)
         draw, text = ImageDraw.Draw(shown), str(frame.number)
         draw.rectangle(draw.textbbox((4, 2), text), fill=(0, 0, 0))
