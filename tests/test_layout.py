@@ -97,13 +97,24 @@ def built(kind: str, tree: Path, out: Path) -> Path:
 
 
 def test_distributions_hold_every_package_and_the_picture_of_the_readme(tmp_path: Path) -> None:
-    """The wheel of a checkout is that of its source distribution, which has no symbolic links and no tests."""
+    """The wheel of a checkout is that of its source distribution, which has no symbolic links and no tests.
+
+    And of a checkout by git on Windows, where links are files of text.
+    """
     pytest.importorskip("setuptools", minversion="77")
     tree = tmp_path / "tree"
     for name in ("passgraph", "backends", "effects", "docs/images"):
         ignored = shutil.ignore_patterns("__pycache__")
         shutil.copytree(root / name, tree / name, symlinks=True, ignore=ignored)
-    for name in ("pyproject.toml", "MANIFEST.in", "README.md", "LICENSE", "CHANGELOG.md", "tests/test_layout.py"):
+    for name in (
+        "pyproject.toml",
+        "setup.py",
+        "MANIFEST.in",
+        "README.md",
+        "LICENSE",
+        "CHANGELOG.md",
+        "tests/test_layout.py",
+    ):
         (tree / name).parent.mkdir(exist_ok=True)
         shutil.copy(root / name, tree / name)
     with tarfile.open(built("sdist", tree, tmp_path)) as archive:
@@ -112,8 +123,13 @@ def test_distributions_hold_every_package_and_the_picture_of_the_readme(tmp_path
     assert set(re.findall(r"!\[.*?\]\((.*?)\)", (root / "README.md").read_text())) <= members.keys()
     assert not any(name.startswith("tests") or member.issym() for name, member in members.items())
     (unpacked,) = tmp_path.glob("passgraph-*/")
+    without_links = tmp_path / "without links"
+    shutil.copytree(tree, without_links, symlinks=True, ignore=shutil.ignore_patterns("build", "*.egg-info"))
+    for name in ("backends", "effects"):
+        (without_links / "passgraph" / name).unlink()
+        (without_links / "passgraph" / name).write_text(f"../{name}")
     contents = []
-    for number, source in enumerate((tree, unpacked)):
+    for number, source in enumerate((tree, unpacked, without_links)):
         (tmp_path / str(number)).mkdir()
         with zipfile.ZipFile(built("wheel", source, tmp_path / str(number))) as wheel:
             contents.append(sorted(name for name in wheel.namelist() if ".dist-info/" not in name))
@@ -123,7 +139,7 @@ def test_distributions_hold_every_package_and_the_picture_of_the_readme(tmp_path
             "passgraph/viewer/page/page.js", "passgraph/web/page/page.js"}  # fmt: skip
     assert held | data <= set(contents[0])
     assert {name for name in contents[0] if name.endswith(".py")} == held
-    assert contents[0] == contents[1]
+    assert contents[0] == contents[1] == contents[2]
 
 
 def test_all_installs_every_option() -> None:
