@@ -40,6 +40,9 @@ inside() {
             --progress 0..1 --frames 5 -o /root/fade.mp4 && .venv/bin/passgraph apply black-and-white /root/fade.mp4 -o /root/gray.mp4
     }
 
+    if passed "first command"; then
+        .venv/bin/pip install --quiet --no-input --no-deps --force-reinstall .  # the commit is newer than what is there
+    fi
     check "first command" bash -c "$(sed -n 's/^\(python3 -m venv .*\)/\1/p' README.md)"
     count "second command" bash tests/run.sh "$@"
     note options "${*:-none}"
