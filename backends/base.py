@@ -97,7 +97,7 @@ class DevicePicture:
 
 @dataclass(frozen=True)
 class SentPass:
-    """What a device gets for one run of a pixel pass, to repeat it without passgraph.
+    """What a device gets for one run of a pixel pass or a draw, to repeat it without passgraph.
 
     Attributes
     ----------
@@ -106,6 +106,8 @@ class SentPass:
     buffers : file name → bytes of parameters
     calls : what else the calls of the library take, as values of JSON
     images : NumPy's names of the types in which the device stores the images that are read
+    program : "pass" or "draw", which the program repeats; a draw's calls also say of each output whether it is
+        ``kept``, and whether the draw ``keeps_depth``: what is there before is part of the data
     """
 
     library: str
@@ -113,6 +115,7 @@ class SentPass:
     buffers: dict[str, bytes]
     calls: dict[str, Any]
     images: tuple[str, ...]
+    program: str = "pass"
 
 
 @dataclass(frozen=True)
@@ -315,6 +318,13 @@ class Backend(ABC):
     def sent(self, step: PixelStep, outputs: Sequence[Any], images: Sequence[Any], block: Block) -> SentPass | None:
         """Return what the device gets for a pixel pass over these storages with these parameters; None if a backend
         cannot say, or if another program could not repeat it."""
+        return None
+
+    def sent_draw(
+        self, step: DrawStep, outputs: Sequence[Any], depth: Any, images: Sequence[Any], geometry: Any, vertex: Block,
+        fragment: Block,
+    ) -> SentPass | None:  # fmt: skip
+        """Return what the device gets for a draw, as :meth:`sent` does for a pixel pass."""
         return None
 
     def pixel_chain(self, steps: Sequence[PixelStep]) -> ChainRunner | None:

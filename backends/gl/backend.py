@@ -291,6 +291,15 @@ class GLBackend(DriverBackend):
         buffers = {"floats.bin": block.floats.tobytes(), "ints.bin": block.ints.tobytes()}
         return SentPass("moderngl", sources, buffers, calls, tuple([type_ for *_, type_ in calls["images"]]))
 
+    def sent_draw(
+        self, step: DrawStep, outputs: Sequence[Texture], depth: Texture | None, images: Sequence[Texture],
+        geometry: Mesh, vertex: Block, fragment: Block,
+    ) -> SentPass | None:  # fmt: skip
+        from passgraph.backends.gl.sent import sent_draw
+
+        with self.context:
+            return sent_draw(self, step, outputs, depth, images, geometry, vertex, fragment)
+
     def draw_pass(self, step: DrawStep) -> DrawRun:
         with self.context as gl:
             gl.drain()

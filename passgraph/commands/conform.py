@@ -68,8 +68,8 @@ KINDS, MOST_ERRORS = ("new failure", "known failure", "mended", "good", "not run
     "--export-repro",
     type=click.Path(path_type=Path),
     metavar="DIR",
-    help="Write each failed pixel pass as a folder that repeats it without passgraph, for a report to the driver's "
-    "authors.",
+    help="Write each failed pixel pass, and on gl each draw, as a folder that repeats it without passgraph, for a "
+    "report to the driver's authors.",
 )
 @math_option
 @click.option(

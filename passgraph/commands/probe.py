@@ -10,7 +10,7 @@ import click
 from passgraph.commands.options import backends_option
 from passgraph.commands.written_files import check_path
 from passgraph.errors import DeviceMissingError, InputError
-from passgraph.writing import write_text
+from passgraph.writing import made_folder, write_text
 
 if TYPE_CHECKING:
     from passgraph.verify.probes.kept import Results
@@ -25,7 +25,11 @@ DEVICES = ("gl", "opencl", "webgpu")
     "--json", "json_path", type=click.Path(path_type=Path), metavar="FILE.json",
     help="Write the facts of one backend as data.",
 )  # fmt: skip
-def probe(backends: tuple[str, ...], json_path: Path | None) -> int:
+@click.option(
+    "--export-repro", type=click.Path(path_type=Path), metavar="DIR",
+    help="Write each result that is outside of the specification as a folder that shows it without passgraph.",
+)  # fmt: skip
+def probe(backends: tuple[str, ...], json_path: Path | None, export_repro: Path | None) -> int:
     """Measure what a driver does where specifications leave a choice, and where drivers go wrong.
 
     About a hundred small shaders or kernels show products that are rounded once, denormals, NaN, division by zero,
@@ -42,6 +46,8 @@ def probe(backends: tuple[str, ...], json_path: Path | None) -> int:
         if len(backends) != 1:
             raise InputError(f"--json writes one backend; got {len(backends)}. Choose it: --backend gl")
         check_path(json_path)
+    if export_repro is not None:
+        made_folder(export_repro)
     found = []
     for name in backends or DEVICES:
         try:
@@ -53,15 +59,28 @@ def probe(backends: tuple[str, ...], json_path: Path | None) -> int:
             click.echo(f"{name}: missing: {' '.join(str(error).split())}")
     if not found:
         raise InputError("no device is here to be probed; see: passgraph backends")
-    conforms = [_show(results) for results in found]
+    outside = [_show(results) for results in found]
+    if export_repro is not None:
+        for results, names in zip(found, outside, strict=True):
+            _export(results, names, export_repro)
     if json_path is not None:
         write_text(json_path, found[0].as_text())
         click.echo(f"{json_path}: written")
-    return 0 if all(conforms) else 1
+    return 1 if any(outside) else 0
 
 
-def _show(results: Results) -> bool:
-    """Print the facts of one device, then what is outside of the specification and what differs from known drivers."""
+def _export(results: Results, names: list[str], folder: Path) -> None:
+    """Write a reproduction of each probe whose fact does not conform."""
+    from passgraph.verify.probes.reproduction import write_reproduction
+
+    for name in names:
+        place = folder / f"{results.backend.replace(':', '-')}-{name}"
+        why = write_reproduction(name, results, place)
+        click.echo(f"{name}: no reproduction: {why}" if why else f"{place}: written; run reproduce.py there")
+
+
+def _show(results: Results) -> list[str]:
+    """Print the facts of one device, and return the probes whose facts the specification does not allow."""
     from passgraph.commands.tables import marked, show_table
     from passgraph.verify.probes.kept import nearest, shipped
     from passgraph.verify.probes.table import PROBES, conforms
@@ -94,4 +113,4 @@ def _show(results: Results) -> bool:
         click.echo(f"nearest known driver: {driver}; {len(differing) or 'no'} facts differ")
         for one in differing:
             click.echo(f"  {one.probe}: {one.here or 'not measured'}, there {one.there or 'not measured'}")
-    return not outside
+    return outside

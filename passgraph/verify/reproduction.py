@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from passgraph.backends.base import Backend, Block, SentPass
-from passgraph.formats import Format
-from passgraph.plan.data import CountStep, PixelStep
+from passgraph.formats import FORMATS, Format
+from passgraph.plan.data import CountStep, DrawStep, PixelStep
 from passgraph.verify.conditions import Conditions
 from passgraph.verify.conformance.judging import divergence, first_outside
 from passgraph.verify.oracle.pass_bounds import Passes
@@ -44,10 +44,10 @@ Files
 
 @dataclass
 class _Recorded:
-    """The run of one pass: what it was sent, and the stored numbers of its images."""
+    """The run of one pass: what it was sent, and the stored numbers of images and of pictures it draws over."""
 
     sent: SentPass | None = None
-    images: list[Any] = field(default_factory=list)
+    pictures: dict[str, Any] = field(default_factory=dict)
 
 
 def write_reproduction(passes: Passes, backend: Backend, folder: Path) -> str:
@@ -62,8 +62,8 @@ def write_reproduction(passes: Passes, backend: Backend, folder: Path) -> str:
     Returns
     -------
     str
-        Why there is no reproduction; empty if it was written. Only pixel passes have one, on backends that say what
-        they send (`Backend.sent`).
+        Why there is no reproduction; empty if it was written. Pixel passes and draws have one, on backends that say
+        what they send (`Backend.sent`, `Backend.sent_draw`).
     """
     first = first_outside(passes, backend)
     if first is None:
@@ -71,8 +71,8 @@ def write_reproduction(passes: Passes, backend: Backend, folder: Path) -> str:
     key, got = first
     frame, number, resource = key
     step = passes.plan.steps[number]
-    if not isinstance(step, PixelStep) or isinstance(step, CountStep):
-        return f"{step.name} is no pixel pass"
+    if not isinstance(step, (PixelStep, DrawStep)) or isinstance(step, CountStep):
+        return f"{step.name} is no pixel pass and no draw"
     expected, allowed = passes.allowed(backend.promises)
     with _recording(backend, step.name, frame) as recorded:
         for _ in passes.written(backend, expected):
@@ -84,17 +84,17 @@ def write_reproduction(passes: Passes, backend: Backend, folder: Path) -> str:
     target = passes.plan.resources[resource]
     conditions = Conditions.now(backend, math=passes.plan.options.math)
     case = {
-        "size": step.size, "target": step.outputs.index(resource), "steps": target.format.steps,
+        "size": step.size, "target": step.writes.index(resource), "steps": target.format.steps,
         "pixel": found.pixel, "channel": found.channel, "device": vars(backend.device_info()),
         "conditions": conditions.as_data(), **sent.calls,
     }  # fmt: skip
     contents = {name: text.encode() for name, text in sent.sources.items()} | sent.buffers
-    contents |= {f"image{place}.npy": _bytes_of(np.save, image) for place, image in enumerate(recorded.images)}
+    contents |= {f"{name}.npy": _bytes_of(np.save, picture) for name, picture in recorded.pictures.items()}
     low, high, may_be_nan = (np.broadcast_to(part, got.shape) for part in (bounds.lo, bounds.hi, bounds.nan))
     contents["allowed.npz"] = _bytes_of(np.savez_compressed, low=low, high=high, may_be_nan=may_be_nan)
     contents["case.json"] = (json.dumps(case, indent=1) + "\n").encode()
     contents["case.py"] = (PROGRAMS / "case.py.txt").read_bytes()
-    contents["reproduce.py"] = (PROGRAMS / f"{sent.library}_pass.py.txt").read_bytes()
+    contents["reproduce.py"] = (PROGRAMS / f"{sent.library}_{sent.program}.py.txt").read_bytes()
     column, row = found.pixel
     facts = [
         ("pass", f"{step.name}, target {target.name} ({target.format.name})"),
@@ -122,29 +122,54 @@ def folder_name(text: str) -> str:
 @contextmanager
 def _recording(backend: Backend, name: str, frame: int) -> Iterator[_Recorded]:
     """Record what a backend is sent for the pass of this name, when it runs for the ``frame``-th time."""
-    recorded, plain, runs = _Recorded(), backend.pixel_pass, [0]
+    recorded, pixels, draws, runs = _Recorded(), backend.pixel_pass, backend.draw_pass, [0]
+
+    def keep(step: PixelStep | DrawStep, sent: SentPass | None, images: Sequence[Any]) -> None:
+        recorded.sent = sent
+        if sent is not None:
+            described = zip(images, step.image_formats, sent.images, strict=True)
+            recorded.pictures = {f"image{k}": _numbers(backend, *image) for k, image in enumerate(described)}
 
     def pixel_pass(step: PixelStep) -> Any:
-        run = plain(step)
+        run = pixels(step)
         if step.name != name:
             return run
 
         def run_recorded(outputs: Sequence[Any], images: Sequence[Any], block: Block) -> None:
             if runs[0] == frame:
-                recorded.sent = backend.sent(step, outputs, images, block)
-                if recorded.sent is not None:
-                    described = zip(images, step.image_formats, recorded.sent.images, strict=True)
-                    recorded.images = [_numbers(backend, *image) for image in described]
+                keep(step, backend.sent(step, outputs, images, block), images)
             runs[0] += 1
             run(outputs, images, block)
 
         return run_recorded
 
-    vars(backend)["pixel_pass"] = pixel_pass  # before the class's method, of this one backend
+    def draw_pass(step: DrawStep) -> Any:
+        run = draws(step)
+        if step.name != name:
+            return run
+
+        def run_recorded(outputs: Sequence[Any], depth: Any, images: Sequence[Any], *mesh_and_blocks: Any) -> None:
+            if runs[0] == frame:
+                sent = backend.sent_draw(step, outputs, depth, images, *mesh_and_blocks)
+                keep(step, sent, images)
+                if sent is not None:
+                    for k, (storage, format_) in enumerate(zip(outputs, step.output_formats, strict=True)):
+                        if sent.calls["kept"][k]:
+                            type_ = sent.calls["outputs"][k][-1]
+                            recorded.pictures[f"target{k}"] = _numbers(backend, storage, format_, type_)
+                    if sent.calls["keeps_depth"]:
+                        recorded.pictures["depth"] = _numbers(backend, depth, FORMATS["depth32f"], "float32")
+            runs[0] += 1
+            run(outputs, depth, images, *mesh_and_blocks)
+
+        return run_recorded
+
+    # Before the class's methods, of this one backend.
+    vars(backend).update(pixel_pass=pixel_pass, draw_pass=draw_pass)
     try:
         yield recorded
     finally:
-        del vars(backend)["pixel_pass"]
+        del vars(backend)["pixel_pass"], vars(backend)["draw_pass"]
 
 
 def _numbers(backend: Backend, storage: Any, format_: Format, type_: str) -> Any:

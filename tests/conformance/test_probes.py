@@ -15,14 +15,18 @@ import pytest
 from numpy.typing import NDArray
 
 from docs.drivers import PAGE, page
+from passgraph.backends.registry import open_backend
 from passgraph.commands.entry import run as run_command
 from passgraph.errors import BackendError, InputError
 from passgraph.srgb import linear_to_srgb, srgb_to_linear
+from passgraph.verify.conditions import Conditions
 from passgraph.verify.probes import measuring
 from passgraph.verify.probes.functions import OUTSIDE, errors_of
 from passgraph.verify.probes.kept import Results, load, nearest, shipped
 from passgraph.verify.probes.probe import DTYPES, Program, Said
+from passgraph.verify.probes.reproduction import shader_test, write_reproduction
 from passgraph.verify.probes.table import PROBES, conforms
+from tests.conformance.test_reproduction import repeated
 from tests.conftest import present_devices
 
 Numbers = NDArray[Any]
@@ -247,6 +251,55 @@ def test_probes_run_on_devices(device: str, tmp_path: Path, capsys: pytest.Captu
     found = load(file)
     assert set(found.facts) == {name for name, probe in PROBES.items() if found.language in probe.measure}
     assert not [name for name, fact in found.facts.items() if fact.startswith("error: ")]
+
+
+#: Backend → a probe with an expression that its driver computes as it must, and a mistake in its text.
+RIGHT = {
+    "gl": ("no-bit", "findMSB(i)"),
+    "webgpu": ("negative-remainder", "i % j"),
+    "opencl": ("shift-too-far", "i << v"),
+}
+
+
+@pytest.mark.parametrize("device", RIGHT)
+def test_a_reproduction_shows_a_mistake_without_passgraph(device: str, tmp_path: Path) -> None:
+    if device not in present_devices():
+        pytest.skip(f"{device} is not here")
+    name, text = RIGHT[device]
+    with open_backend(device) as backend:
+        conditions = Conditions.now(backend).as_data()
+    facts = {name: "1, 2, 3"}
+    results = Results(device, measuring.LANGUAGES[device], conditions, facts)
+    folder = tmp_path / "found"
+    assert write_reproduction(name, results, folder) == ""
+    status, out = repeated(folder, tmp_path)
+    allowed = PROBES[name].said[results.language].allowed
+    assert (status, out.splitlines()[0].split(";")[0]) == (0, f"device: {results.device['name']}")
+    assert f"got {allowed[0]}; allowed {allowed[0]} (" in out
+    (source,) = folder.glob("probe.[fwc]*")
+    assert text in source.read_text(encoding="utf-8")
+    source.write_text(source.read_text(encoding="utf-8").replace(text, f"{text} + 1"), encoding="utf-8")
+    status, out = repeated(folder, tmp_path)
+    assert status == 1
+    assert "computes 1, 2, 3, where" in (folder / "README.txt").read_text(encoding="utf-8")
+
+
+def test_a_test_of_piglit_has_each_row_with_its_bits() -> None:
+    """mix(1e8, 1, 1) is 1, whose bits are 0x3f800000; the words are those of the arguments."""
+    probe = PROBES["mix-at-one"]
+    text = shader_test("mix", probe.said["glsl"], probe.expressions["glsl"], "1")
+    assert "GLSL >= 3.30\n" in text
+    words = " ".join(str(int(np.float32(x).view(np.uint32))) for x in (1e8, 1, 1, 0))
+    assert text.count("draw rect -1 -1 2 2\nprobe all rgba 0.0 1.0 0.0 1.0\n") == 1
+    assert f"uniform uvec4 words {words}\nuniform uint expected {0x3F800000}\n" in text
+
+
+def test_what_has_no_reproduction_is_said(tmp_path: Path) -> None:
+    here = shipped()["mesa-22.3-llvmpipe"]
+    for name in ("ties", "fused-forbidden", "min-nan"):
+        why = write_reproduction(name, replace(here, language="opencl"), tmp_path / "found")
+        assert why == "it is no expression with a list of allowed results"
+    assert not (tmp_path / "found").exists()
 
 
 def test_numpy_is_the_reference(capsys: pytest.CaptureFixture[str]) -> None:

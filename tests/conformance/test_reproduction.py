@@ -21,6 +21,7 @@ from passgraph.backends.registry import open_backend
 from passgraph.backends.webgpu.wgsl import WGSL
 from passgraph.commands.entry import run as run_command
 from passgraph.formats import FORMATS
+from passgraph.scene import Mesh
 from passgraph.verify.oracle.pass_bounds import Passes
 from passgraph.verify.reproduction import write_reproduction
 from tests.conftest import present_devices
@@ -106,6 +107,70 @@ def test_a_wrong_pass_fails_alone_and_a_right_one_does_not(
     status, out = repeated(folder, tmp_path)
     count = 13 * 150 * FORMATS[target].channels
     assert (status, out.splitlines()[2]) == (0, f"0 of {count} values are outside of what is allowed")
+
+
+DRAWN = """
+class Corner:
+    position: vec4
+    color: vec4
+
+def place(vertex: Vertex, shift: vec3, more: Image) -> Corner:
+    return Corner(vec4(vertex.position + shift, 1.0), vertex.color * (1.0 - more.texel(ivec2(3, 4)).r))
+
+def paint(corner: Corner, picture: Image, by: float) -> vec4:
+    return corner.color * by + picture.texel(ivec2(5, 6)) * 0.25
+"""
+TRIANGLES = Mesh.make(
+    positions=[[-1, -1, 0], [0.9, -1, 0.5], [-1, 0.7, 0.25], [1, 1, 0.1], [-0.8, 0.9, 0.6], [0.5, -0.9, 0.2]],
+    triangles=[[0, 1, 2], [3, 4, 5]], colors=np.linspace(0.1, 0.6, 24).reshape(6, 4),
+)  # fmt: skip
+
+
+def drawing(format_: str, depth: str | None, **state: Any) -> Passes:
+    """A draw over a picture that is there, of two triangles in front of each other, that reads two images."""
+    place, paint = pg.vertex(source=DRAWN, name="place"), pg.fragment(source=DRAWN, name="paint")
+    random, channels = np.random.default_rng(0), FORMATS[format_].channels
+    fill = pg.kernel(source="def fill(c: Image) -> vec4: return c[0, 0]") if channels == 4 else pg.kernel(
+        source="def fill(c: Image) -> vec3: return c[0, 0].rgb")  # fmt: skip
+    under = fill(pg.Input("under", "rgba32f"), into=pg.target("under_it", format_))
+    if depth is not None:
+        state |= {"depth": pg.target("depth", depth)}
+    drawn = pg.draw(
+        TRIANGLES, vertex=place, fragment=paint, into=under, shift=(0.1, 0.0, 0.1),
+        more=pg.Input("more", "r16f"), picture=pg.Input("picture", "rgba8"), by=0.5, **state,
+    )  # fmt: skip
+    pictures = {"under": random.uniform(0, 0.3, (23, 37, 4)), "more": random.uniform(0, 0.1, (23, 37, 1)),
+                "picture": random.uniform(0, 1, (23, 37, 4))}  # fmt: skip
+    return Passes({"out": drawn}, (37, 23), [{name: a.astype(np.float32) for name, a in pictures.items()}])
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize(
+    ("format_", "depth", "state"),
+    [
+        ("rgba16f", None, {}), ("rgba8", "depth32f", {"blend": "add", "cull": "back"}),
+        ("rgba32f", "depth32f", {"polygon_offset": (1.0, 4.0), "depth_compare": "less_equal"}),
+    ],
+)  # fmt: skip
+def test_a_wrong_draw_fails_alone_and_a_right_one_does_not(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, format_: str, depth: str | None, state: dict[str, Any]
+) -> None:
+    if "gl" not in present_devices():
+        pytest.skip("gl is not here")
+    monkeypatch.setitem(cast("MutableMapping[str, str]", GLSL.spelled["float"]), "add", "({0} + {1}" + PLANTED + ")")
+    folder = tmp_path / "found"
+    with open_backend("gl") as backend:
+        assert write_reproduction(drawing(format_, depth, **state), backend, folder) == ""
+    status, out = repeated(folder, tmp_path)
+    assert status == 1
+    got = next(line for line in (folder / "README.txt").read_text().splitlines() if line.startswith("got: "))
+    assert f"got {got.split()[1]}, allowed " in out.splitlines()[1]
+    for source in (folder / "draw.vert", folder / "draw.frag"):
+        text = source.read_text()
+        assert PLANTED in text
+        source.write_text(text.replace(PLANTED, ""))
+    status, out = repeated(folder, tmp_path)
+    assert (status, out.splitlines()[2].split(" values")[0]) == (0, f"0 of {37 * 23 * 4}")
 
 
 def test_what_is_within_its_bounds_has_none(device: str, tmp_path: Path) -> None:

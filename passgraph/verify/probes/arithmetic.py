@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from passgraph.verify.probes.probe import (
     DTYPES,
     Bench,
+    Expression,
     Language,
     Probe,
     Program,
@@ -55,17 +56,21 @@ def expression(
     if stage == "vertex":
         texts.pop("opencl", None)
 
-    def measuring(language: Language, text: str) -> Callable[[Bench], str]:
-        place: Stage = "compute" if language == "opencl" else stage
-        program = Program(text, result, place, **details)
+    programs = {
+        language: Program(text, result, "compute" if language == "opencl" else stage, **details)
+        for language, text in texts.items()
+    }
+
+    def measuring(program: Program) -> Callable[[Bench], str]:
         return lambda bench: read(bench.compute(program, words).view(DTYPES[result]))
 
     measure: dict[Language, Callable[[Any], str]] = {
-        language: measuring(language, text) for language, text in texts.items()
+        language: measuring(program) for language, program in programs.items()
     }
     if numpy is not None:
         measure["numpy"] = lambda bench: read(np.asarray(bench.evaluate(numpy, rows), DTYPES[result]))
-    return Probe(name, part, asks, measure, said or {})
+    listing = {language: Expression(program, words) for language, program in programs.items() if read is listed}
+    return Probe(name, part, asks, measure, said or {}, listing if stage == "fragment" else {})
 
 
 def named(facts: Mapping[str, str]) -> Read:
@@ -395,6 +400,9 @@ _DOMAINS = (
                said={"glsl": Said("undefined precision; exact 0.036, 0.932", _FLOATS),
                "wgsl": Said("any beyond [-π, π]", f"{_WGSL}, Floating Point Accuracy"),
                      "opencl": Said("0.036, 0.932", f"{_CL} 7.4", ("0.036, 0.932",))}),
+    expression("sinpi-whole", "Functions outside of their domain", "`sinpi(1)`, `sinpi(-1)`, `cospi(0.5)`",
+               {"opencl": "r = b == 0.0f ? sinpi(a) : cospi(a);"}, [(1.0, 0.0), (-1.0, 0.0), (0.5, 1.0)],
+               said={"opencl": Said("0, -0, 0", f"{_CL} 7.5.1", ("0, -0, 0",))}),
     expression("smoothstep-equal", "Functions outside of their domain", "`smoothstep(1, 1, a)` for 0, 1, 2",
                "r = smoothstep(b, c, a);",
                [(0.0, 1.0, 1.0), (1.0, 1.0, 1.0), (2.0, 1.0, 1.0)],

@@ -39,6 +39,27 @@ void main() { gl_Position = vec4(corner / size * 2.0 - 1.0, 0.0, 1.0); }
 _WHITE = "out vec4 color; void main() { color = vec4(1.0); }\n"
 
 
+_READ = "uvec4 words = texelFetch(rows, ivec2({}, 0), 0);"
+
+
+def _body(program: Program) -> str:
+    return f"{_WORDS}{program.qualifier} {program.result} r; {program.code} bits = {_BITS[program.result]};"
+
+
+def fragment_text(program: Program, header: str = "") -> str:
+    """Return the fragment shader that writes the bits of each row's result."""
+    header = header or f"#version {max(program.version, 330)} core\n"
+    read = _READ.format("gl_FragCoord.x")
+    main = f"void main() {{ {read} {_body(program)} }}\n"
+    return f"{header}{program.before}\nuniform usampler2D rows; out uint bits;\n{main}"
+
+
+def piglit_text(program: Program) -> str:
+    """Return the fragment shader that draws green where the result of a uniform's words is the expected one."""
+    main = f"void main() {{ uint bits; {_body(program)} color = vec4(bits != expected, bits == expected, 0.0, 1.0); }}"
+    return f"{program.before}\nuniform uvec4 words; uniform uint expected; out vec4 color;\n{main}\n"
+
+
 class GLBench:
     """A context of device ``index``."""
 
@@ -55,11 +76,9 @@ class GLBench:
     def compute(self, program: Program, rows: NDArray[np.uint32]) -> NDArray[np.uint32]:
         if self.context.version_code < program.version:
             raise NotHereError(f"no GLSL {program.version / 100:.2f}")
-        count, header = len(rows), self.header + program.before + "\n"
-        body = f"{_WORDS} {program.qualifier} {program.result} r; {program.code} bits = {_BITS[program.result]};"
-        read = "uvec4 words = texelFetch(rows, ivec2({}, 0), 0);"
+        count, header, body = len(rows), self.header + program.before + "\n", _body(program)
         if program.stage == "vertex":
-            index = read.format("gl_VertexID")
+            index = _READ.format("gl_VertexID")
             text = f"{header}uniform usampler2D rows; flat out uint bits;\nvoid main() {{ {index} {body} }}\n"
             made = self.context.program(vertex_shader=text, varyings=("bits",))
             self._texture(4, "u4", None, rows).use(0)
@@ -68,8 +87,7 @@ class GLBench:
             return np.frombuffer(buffer.read(), np.uint32)
         if program.stage == "compute":
             return self._computed(header, body, rows)
-        index = read.format("gl_FragCoord.x")
-        text = f"{header}uniform usampler2D rows; out uint bits;\nvoid main() {{ {index} {body} }}\n"
+        text = fragment_text(program, self.header)
         self._texture(4, "u4", None, rows).use(0)
         return self._drawn(text, self._texture(1, "u4", None, count))[:, 0]
 

@@ -34,6 +34,10 @@ __kernel void sample_at(__read_only image2d_t image, sampler_t how, __global flo
 """
 
 
+def kernel_text(program: Program) -> str:
+    return _KERNEL.format(before=program.before, result=program.result, code=program.code)
+
+
 class OpenCLBench:
     """A device of an open OpenCL backend."""
 
@@ -54,7 +58,7 @@ class OpenCLBench:
     def compute(self, program: Program, rows: NDArray[np.uint32]) -> NDArray[np.uint32]:
         if program.stage != "compute":
             raise NotHereError("no such stage")
-        text = _KERNEL.format(before=program.before, result=program.result, code=program.code)
+        text = kernel_text(program)
         results = np.zeros(len(rows), np.uint32)
         given, room = self._buffer(rows), self._buffer(results)
         self._run(self._built(text, program.options).probe, len(rows), given, room)

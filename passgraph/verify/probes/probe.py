@@ -15,7 +15,7 @@ Type = Literal["float", "int", "uint"]
 #: NumPy's type of a result.
 DTYPES: Mapping[Type, Any] = {"float": np.float32, "int": np.int32, "uint": np.uint32}
 #: Integers with a name of their own.
-_NAMES = {-(2**31): "-2³¹", 2**31 - 1: "2³¹-1", 2**31: "2³¹", 2**32 - 1: "2³²-1", 2**31 - 128: "2³¹-128",
+NAMES = {-(2**31): "-2³¹", 2**31 - 1: "2³¹-1", 2**31: "2³¹", 2**32 - 1: "2³²-1", 2**31 - 128: "2³¹-128",
           2**32 - 256: "2³²-256"}  # fmt: skip
 
 
@@ -102,6 +102,14 @@ class Bench(Protocol):
 
 
 @dataclass(frozen=True)
+class Expression:
+    """A program and its arguments, whose results are listed as they are."""
+
+    program: Program
+    rows: NDArray[np.uint32]
+
+
+@dataclass(frozen=True)
 class Probe:
     """A fact to measure.
 
@@ -112,6 +120,7 @@ class Probe:
     asks : the arguments, or what is measured, in a few words
     measure : by language, what runs it on a bench and returns the fact
     said : what the specification says, by language
+    expressions : by language, the program whose results are the fact
     """
 
     name: str
@@ -119,6 +128,7 @@ class Probe:
     asks: str
     measure: Mapping[Language, Callable[[Any], str]]
     said: Mapping[Language, Said] = field(default_factory=dict)
+    expressions: Mapping[Language, Expression] = field(default_factory=dict)
 
 
 def rows_of(*rows: Sequence[float | int]) -> NDArray[np.uint32]:
@@ -146,7 +156,7 @@ def text_of(number: Any) -> str:
         if np.isinf(number):
             return "∞" if number > 0 else "-∞"
         return f"{number:.6g}"
-    return _NAMES.get(int(number), str(int(number)))
+    return NAMES.get(int(number), str(int(number)))
 
 
 def listed(numbers: NDArray[Any]) -> str:

@@ -43,6 +43,19 @@ _COVER = """@vertex fn corners(@location(0) corner: vec2<f32>) -> @builtin(posit
 _ALIGNED = 256
 
 
+def _body(program: Program) -> str:
+    return f"{_WORDS} var r: {_TYPES[program.result]}; {program.code} let bits = bitcast<u32>(r);"
+
+
+def compute_text(program: Program) -> str:
+    """Return the compute shader that writes the bits of each row's result."""
+    return f"""{_ROWS}{program.before}
+@group(0) @binding(1) var<storage, read_write> results: array<u32>;
+@compute @workgroup_size(1) fn main(@builtin(global_invocation_id) id: vec3<u32>)
+{{ let words = rows[id.x]; {_body(program)} results[id.x] = bits; }}
+"""
+
+
 class WebGPUBench:
     """The device of an open WebGPU backend."""
 
@@ -52,11 +65,9 @@ class WebGPUBench:
         self.device, self.wgpu = backend.device, backend.wgpu
 
     def compute(self, program: Program, rows: NDArray[np.uint32]) -> NDArray[np.uint32]:
-        result = _TYPES[program.result]
-        body = f"{_WORDS} var r: {result}; {program.code} let bits = bitcast<u32>(r);"
-        before = _ROWS + program.before
+        body, before = _body(program), _ROWS + program.before
         if program.stage == "compute":
-            return self._computed(before, body, rows)
+            return self._computed(compute_text(program), rows)
         if program.stage == "vertex":
             text = f"""{before}
 struct Corner {{ @builtin(position) place: vec4<f32>, @location(0) @interpolate(flat) bits: u32 }};
@@ -74,12 +85,7 @@ struct Corner {{ @builtin(position) place: vec4<f32>, @location(0) @interpolate(
 """
         return self._drawn(text, "r32uint", np.uint32, 1, len(rows), [self._rows(rows)])[:, 0]
 
-    def _computed(self, before: str, body: str, rows: NDArray[np.uint32]) -> NDArray[np.uint32]:
-        text = f"""{before}
-@group(0) @binding(1) var<storage, read_write> results: array<u32>;
-@compute @workgroup_size(1) fn main(@builtin(global_invocation_id) id: vec3<u32>)
-{{ let words = rows[id.x]; {body} results[id.x] = bits; }}
-"""
+    def _computed(self, text: str, rows: NDArray[np.uint32]) -> NDArray[np.uint32]:
         module, usage = self.device.create_shader_module(code=text), self.wgpu.BufferUsage
         pipeline = self.device.create_compute_pipeline(layout="auto", compute={"module": module, "entry_point": "main"})
         size = 4 * len(rows)
