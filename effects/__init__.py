@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from passgraph.effects.color.color_grade import color_grade
     from passgraph.effects.color.color_transform import color_transform
     from passgraph.effects.color.hue_saturation import hue_saturation
+    from passgraph.effects.color.normalize import normalize
     from passgraph.effects.color.sepia import sepia
     from passgraph.effects.color.tone_map import tone_map
     from passgraph.effects.effect_table import EFFECTS
@@ -197,6 +198,7 @@ __all__ = [
     "median",
     "morphology",
     "motion_blur",
+    "normalize",
     "occluded",
     "occlusion",
     "outlines",

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from passgraph.graph.calls import fragment, graph, kernel, vertex
     from passgraph.graph.draw_state import Blend, Stencil
     from passgraph.graph.drawing import draw
+    from passgraph.graph.percentiles import percentile
     from passgraph.graph.reductions import histogram, reduce
     from passgraph.graph.run_values import FRAME_INDEX, OUTPUT_SIZE, Derived, Value, combine
     from passgraph.graph.targets import Input, Target, TargetSpec, previous, target
@@ -83,6 +84,7 @@ _LATER = {
     for module, names in {
         "files.program_folder": "load_program",
         "files.run": "frames",
+        "graph.percentiles": "percentile",
         "graph.reductions": "histogram reduce",
         "pictures": "load save",
         "scene": "Camera HardwareDepth Light Material Mesh Node Scene Texture",
@@ -150,8 +152,8 @@ __all__ = [
     "HardwareDepth", "Input", "InputError", "KernelError", "Light", "Material", "Mesh", "Node", "Options",
     "PassgraphError", "Program", "Range", "Result", "Scene", "Stencil", "Target", "TargetSpec", "Texture", "Value",
     "combine", "compile", "draw", "fragment", "frames", "from_data", "function", "gl", "graph", "histogram", "kernel",
-    "lazily_tiled", "load", "load_program", "load_shader", "map_blocks", "opencl", "previous", "reduce", "save",
-    "stacked", "struct", "target", "tiled", "to_data", "vertex", "view", "webgpu",
+    "lazily_tiled", "load", "load_program", "load_shader", "map_blocks", "opencl", "percentile", "previous", "reduce",
+    "save", "stacked", "struct", "target", "tiled", "to_data", "vertex", "view", "webgpu",
 ]  # fmt: skip
 # Names of kernels, which new code imports from passgraph.language: a star import of this list shadows Python's compile.
 __all__ += language.__all__

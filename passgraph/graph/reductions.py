@@ -287,7 +287,7 @@ def reduce(
     [2.0, 1.0]
     """
 
-    _check_picture(image, "pg.reduce")
+    check_picture(image, "pg.reduce")
     arguments.one_of(how, "pg.reduce: how", _HOW)
     if axis is not None:
         arguments.one_of(axis, "pg.reduce: axis", ("x", "y"))
@@ -297,7 +297,7 @@ def reduce(
             f"pg.reduce: channel is for 'arg_min' and 'arg_max', and {how!r} gives every channel; leave it out, and "
             "read the one that you need"
         )
-    number = _channel_number(0 if channel is None else channel, image, "pg.reduce: channel")
+    number = channel_number(0 if channel is None else channel, image, "pg.reduce: channel")
     spec = _declared(into, name, f"{image.name}.{how}", "rg32f" if place else "rgba32f", f"pg.reduce {how!r}")
     name = _named(name, spec)
     top = _tree(image, _HOW[how], axis, number, spec.name)
@@ -362,9 +362,9 @@ def histogram(
     [2.0, 1.0, 0.0, 3.0]
     """
 
-    _check_picture(image, "pg.histogram")
+    check_picture(image, "pg.histogram")
     arguments.whole_number(bins, "pg.histogram: bins", 1, MOST_BINS)
-    number = _channel_number(channel, image, "pg.histogram: channel")
+    number = channel_number(channel, image, "pg.histogram: channel")
     ends = _end(low, "low"), _end(high, "high")
     if not isinstance(low, (Value, Derived)) and not isinstance(high, (Value, Derived)):
         _check_width(low, high)
@@ -408,13 +408,13 @@ def _tree(image: Target, how: int, axis: str | None, channel: int, name: str) ->
     return level_target
 
 
-def _check_picture(image: object, what: str) -> None:
+def check_picture(image: object, what: str) -> None:
     if isinstance(image, TargetSpec):
         raise GraphError(f"{what}: target {image.name!r} is declared but not written; give what its pass returned")
     arguments.instance(image, Target, f"{what}: image", "a target that a pass returned, or pg.Input(...)")
 
 
-def _channel_number(channel: object, image: Target, what: str) -> int:
+def channel_number(channel: object, image: Target, what: str) -> int:
     """Return the channel's number; ``"luma"`` comes after the channels, or is the first of one or two."""
     if arguments.among(channel, ("luma",)):
         stored = image.spec.format

@@ -17,12 +17,16 @@ from typing import Any
 import numpy as np
 
 from passgraph import arguments
-from passgraph.errors import InputError
+from passgraph.errors import GraphError, InputError
 from passgraph.files.remote import check_unchanged, digest_and_text, serializable_values
+from passgraph.graph.run_values import sources_of
+from passgraph.graph.targets import Target
+from passgraph.plan.dependencies import passes_behind
 from passgraph.plan.window import footprint
 from passgraph.run.caller_arrays import GREY_CHANNELS
 from passgraph.run.program import Program
-from passgraph.tiles.grid import Part, Tile, checked_dtype, checked_shape
+from passgraph.tiles.grid import Numbers, Part, Tile, checked_dtype, checked_shape
+from passgraph.tiles.reductions import BLOCK, Merging, Reduction, resolved
 from passgraph.tiles.tile_run import bound, result_size, whole_plan
 
 #: (start, stop) of a chunk along an axis, and of the window that it is computed from.
@@ -77,12 +81,18 @@ def map_blocks(program: Program, array: Any = None, /, **inputs: Any) -> Any:
         name: _Chunked.from_array(picture, f"input {name!r}", dask_array, program.inputs[name].format is None)
         for name, picture in pictures.items()
     }
+    check_unchanged(program._overrides)
     with ExitStack() as stack:
-        check_unchanged(program._overrides)
         bound_program = bound(program, None, None, program._non_finite, stack)
         shapes = {name: (chunked.shape, chunked.dtype) for name, chunked in arrays.items()}
         plan = whole_plan(bound_program, shapes)
-    needs = footprint(plan)
+    try:
+        needs = footprint(plan)
+    except GraphError:
+        outputs, computed = resolved(program.outputs, lambda *found: _reduced(program, pictures, values, *found))
+        if not computed:
+            raise
+        return _mapped(program, outputs, {**pictures, **computed}, values)
     if len(plan.outputs) != 1:
         raise InputError(f"the program has the results {', '.join(plan.outputs)}; compile it for one of them")
     target = plan.resources[next(iter(plan.outputs.values()))].format
@@ -109,6 +119,53 @@ def map_blocks(program: Program, array: Any = None, /, **inputs: Any) -> Any:
     graph = HighLevelGraph.from_collections(name, layer, dependencies=[chunked.array for chunked in arrays.values()])
     chunks = tuple(end - start for (start, end), _ in rows), tuple(end - start for (start, end), _ in columns)
     return dask_array.Array(graph, name, (*chunks, (target.channels,)), dtype=dtype)
+
+
+def _mapped(
+    program: Program, outputs: dict[str, Target], pictures: Mapping[str, Any], values: Mapping[str, Any]
+) -> Any:
+    """Run another graph over dask arrays, as the program runs its own."""
+    settings = program._size, program._options, program._non_finite, False, program._results
+    with Program(outputs, program.backend, False, *settings) as part:
+        given = {name: pictures[name] for name in part.inputs}
+        used = {
+            name for node in passes_behind(list(outputs.values())) for name in map(_name_of, sources_of(node.values))
+        }
+        return map_blocks(part, **given, **{name: value for name, value in values.items() if name in used})
+
+
+def _name_of(value: Any) -> str:
+    name: str = value.name
+    return name
+
+
+def _reduced(
+    program: Program, pictures: Mapping[str, Any], values: Mapping[str, Any], sources: Mapping[str, Target],
+    reductions: Mapping[str, list[Reduction]], computed: Mapping[str, Any],
+) -> Iterator[tuple[Reduction, Any]]:  # fmt: skip
+    """Yield reductions with their results as dask arrays: partial results of chunks, merged in one task."""
+    for name, source in sources.items():
+        array = _mapped(program, {name: source}, {**pictures, **computed}, values)
+        array = array.rechunk((*(max(BLOCK, max(axis) // BLOCK * BLOCK) for axis in array.chunks[:2]), -1))
+        height, width = array.shape[:2]
+        for one in reductions[name]:
+            merging = one.merging
+            channels, number = (merging.bins, np.int64) if merging.how is None else (merging.channels, np.float32)
+            side = BLOCK if merging.how is not None else max(height, width)
+            blocks = [tuple(-(-count // side) for count in axis) for axis in array.chunks[:2]]
+            meta = np.empty((0, 0, 0), number)  # without it dask calls the function with an empty array
+            partials = array.map_blocks(_partial, merging, dtype=number, chunks=(*blocks, (channels,)), meta=meta)
+            shape = (1,), (merging.bins or 1,), (merging.channels,)
+            settings = {"dtype": np.float32, "chunks": shape, "meta": np.empty((0, 0, 0), np.float32)}
+            yield one, partials.rechunk(-1).map_blocks(_merged, merging, (width, height), **settings)
+
+
+def _partial(values: Numbers, merging: Merging) -> Numbers:
+    return merging.partial(values)
+
+
+def _merged(partials: Numbers, merging: Merging, size: tuple[int, int]) -> Numbers:
+    return merging.merged(partials, size)
 
 
 def _dask() -> Any:

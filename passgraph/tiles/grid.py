@@ -180,6 +180,10 @@ class Grid:
         """Iterate over the tiles row by row, from the top left."""
         return self.touching((0, self.size[1], 0, self.size[0]))
 
+    def is_along(self, block: int) -> bool:
+        """Return True if every tile begins at the corner of a square block of this side."""
+        return all(core >= side or core % block == 0 for core, side in zip(self.core, self.size, strict=True))
+
     def touching(self, part: Part) -> Iterator[Tile]:
         """Yield the tiles whose cores overlap a part."""
         (width, height), (across, down), halo = self.size, self.core, self.halo

@@ -2,25 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from contextlib import ExitStack
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import ExitStack, closing
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from passgraph import arguments
-from passgraph.errors import InputError
+from passgraph.errors import GraphError, InputError
 from passgraph.formats import Format
-from passgraph.graph.targets import InputSpec
+from passgraph.graph.targets import InputSpec, Target
 from passgraph.plan.data import Memory, Options, Plan
 from passgraph.plan.limits import bytes_of, format_bytes
 from passgraph.plan.window import Footprint, footprint
 from passgraph.run.finite_checks import NonFinite
 from passgraph.tiles.grid import PIECE_PIXELS, Cost, Source, grid_of
+from passgraph.tiles.reductions import BLOCK, PartialSink, Reduction, resolved
 from passgraph.tiles.sinks import Sink
 from passgraph.tiles.sources import Grey, open_source
-from passgraph.tiles.tile_run import Bound, Graph, Job, admitted_part, bound, result_size, whole_plan
+from passgraph.tiles.tile_run import Bound, Graph, Job, admitted_part, bound, result_size, run_tiles, whole_plan
 
 if TYPE_CHECKING:
     from passgraph.backends.base import Backend
@@ -56,12 +57,50 @@ def prepared(
     request: TileRequest, sinks_for: Callable[[Plan, Mapping[str, Source]], dict[str, Sink]], stack: ExitStack
 ) -> Job:
     """Prepare a job; ``stack`` releases its resources. Nothing is written yet."""
-    memory_limit = bytes_of(request.memory)
-    tile = None if request.tile is None else arguments.size_in_pixels(request.tile, "tile", MOST_SIDE)
     bound_graph = bound(request.graph, request.backend, request.options, request.non_finite, stack)
     if request.size is not None:
         bound_graph = replace(bound_graph, size=arguments.size_in_pixels(request.size, "size", MOST_SIDE))
     pictures = _by_name(bound_graph.inputs, request.source)
+    try:
+        return _prepared(bound_graph, pictures, request, sinks_for, stack)
+    except GraphError:
+        outputs, computed = resolved(
+            bound_graph.outputs,
+            lambda *found: _reduced(bound_graph, pictures, request, *found),
+        )
+        if not computed:
+            raise
+        return _prepared(replace(bound_graph, outputs=outputs), {**pictures, **computed}, request, sinks_for, stack)
+
+
+def _reduced(
+    bound_graph: Bound, pictures: Mapping[str, Any], request: TileRequest, sources: dict[str, Target],
+    reductions: Mapping[str, list[Reduction]], computed: Mapping[str, Any],
+) -> Iterator[tuple[Reduction, Any]]:  # fmt: skip
+    """Compute reductions in a pass over tiles of their own; the tiles are along blocks of partial results."""
+    sinks = {}
+
+    def sinks_for(plan: Plan, _: Mapping[str, Source]) -> dict[str, Sink]:
+        sinks.update({name: PartialSink(found, result_size(plan)) for name, found in reductions.items()})
+        return dict(sinks)
+
+    stage = replace(bound_graph, outputs=sources)
+    with ExitStack() as stack:
+        given = {**pictures, **computed}
+        job = _prepared(stage, given, replace(request, tile=None), sinks_for, stack)
+        if not job.grid.is_along(BLOCK):
+            job = _prepared(stage, given, replace(request, tile=(BLOCK, BLOCK)), sinks_for, stack)
+        run_tiles(job, stack.enter_context(closing(job.windows())), lambda: None)
+    for sink in sinks.values():
+        yield from sink.results()
+
+
+def _prepared(
+    bound_graph: Bound, pictures: Mapping[str, Any], request: TileRequest,
+    sinks_for: Callable[[Plan, Mapping[str, Source]], dict[str, Sink]], stack: ExitStack,
+) -> Job:  # fmt: skip
+    memory_limit = bytes_of(request.memory)
+    tile = None if request.tile is None else arguments.size_in_pixels(request.tile, "tile", MOST_SIDE)
     sources = _sources(bound_graph.inputs, pictures, block_cache_bytes(memory_limit), stack)
     plan = whole_plan(bound_graph, {name: (source.shape, source.dtype) for name, source in sources.items()})
     needs = footprint(plan)

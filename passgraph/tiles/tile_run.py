@@ -125,8 +125,11 @@ class Windows:
         check(plan_of_window, bound.backend.limits)
         with bound.backend.turn:
             self.execution = Execution(plan_of_window, bound.backend)
+            # Reductions are computed apart, by some of the steps.
+            steps = {name for step in plan.steps for name in (step.name, *getattr(step, "fused", ()))}
             for (step, name), value in bound.overrides.items():
-                self.execution.override(step, name, value)
+                if step in steps:
+                    self.execution.override(step, name, value)
 
     @property
     def plan(self) -> Plan:
