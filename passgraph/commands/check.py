@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.base import SNAPPED
+from passgraph.commands.error_map import check_error_map, error_map_option, write_error_map
 from passgraph.commands.input_values import (
     MADE_SIZE,
     InputType,
@@ -252,6 +253,7 @@ class Golden:
 @click.option(
     "--golden", type=click.Path(path_type=Path), metavar="FOLDER", help="Compare with the recording in this folder."
 )
+@error_map_option
 @click.option("--record", is_flag=True, help="With --golden: record inputs and outputs instead.")
 @click.option(
     "--golden-steps", type=click.IntRange(0, 1 << 30), default=0, show_default=True, metavar="N",
@@ -269,6 +271,7 @@ def check(
     stress: bool,
     allow_nan: bool,
     golden: Path | None,
+    error_map: Path | None,
     record: bool,
     golden_steps: int,
 ) -> int:
@@ -294,6 +297,7 @@ def check(
     well = True
     with progress("reading") as say:
         graphs = named_graphs(file)
+        check_error_map(error_map, graphs)
         pictures = read_inputs(graphs, inputs)
         known_values(graphs, settings)
         with opened(backends) as devices:
@@ -302,6 +306,8 @@ def check(
                 limit = TimeLimit(most_seconds, _named(say, f"{name}: bounds of"))
                 run = _Run(name, graph, pictures, dict(settings), size, kept, limit)
                 passed = run.checked(devices, say, most_ambiguous, allow_nan)
+                if error_map is not None:
+                    write_error_map(error_map, run.passes)
                 if passed and kept is None:
                     tries = Tries(ends, pictures, run.settings, size, devices, most_ambiguous)
                     passed = tries.passed(name, graph, limit, say)

@@ -46,6 +46,9 @@ class OracleBackend(ReferenceBackend):
         Watches of steps; if there are any, bounds of other steps are not computed.
     limit
         Time limit and progress callback.
+    accumulates
+        True: passes read the bounds of what earlier passes wrote, so that bounds hold for the graph from its inputs on;
+        False: they read the reference's results, so that bounds hold for each pass alone.
     """
 
     name: ClassVar[str] = "oracle"
@@ -56,6 +59,8 @@ class OracleBackend(ReferenceBackend):
         kept: Kept | None = None,
         watches: Sequence[Watch] = (),
         limit: TimeLimit | None = None,
+        *,
+        accumulates: bool = False,
     ) -> None:
         super().__init__()
         self.limit = limit or TimeLimit()
@@ -64,7 +69,8 @@ class OracleBackend(ReferenceBackend):
         self.watches = {id(watch.step): watch for watch in watches}
         self.kept = kept or Kept()
         self.found: dict[int, list[Allowed]] = {}
-        #: Bounds of pictures with a stencil: these cannot be replaced between passes, so their errors accumulate.
+        self.accumulates = accumulates
+        #: Bounds of pictures whose errors accumulate: those with a stencil, which cannot be replaced between passes.
         self.carried: dict[int, Interval] = {}
         self.stencils: dict[int, tuple[Ints, Ints]] = {}
 
@@ -80,7 +86,8 @@ class OracleBackend(ReferenceBackend):
         super().copy(source, destination)
         if id(source) in self.carried:
             self.carried[id(destination)] = self.carried[id(source)]
-            self.stencils[id(destination)] = self.stencils[id(source)]
+            if id(source) in self.stencils:
+                self.stencils[id(destination)] = self.stencils[id(source)]
 
     def pixel_pass(self, step: PixelStep) -> ReferencePixelPass:
         return _PixelPass(step, self)
@@ -102,6 +109,8 @@ class _PixelPass(ReferencePixelPass):
         deciding = decides_pixels(self.step, self.stage, outputs, images, block, self.oracle.carried)
         found = self.oracle.bounds(deciding, partial(self._find, outputs, images, block))
         self.oracle.found[id(self.step)] = found.allowed
+        if self.oracle.accumulates:
+            self.oracle.carried |= {id(output): one.values for output, one in zip(outputs, found.allowed, strict=True)}
 
     def _find(self, outputs: Sequence[Storage], images: Sequence[Storage], block: Block) -> Found:
         width, height = self.step.size

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.base import SNAPPED, Backend, Promises
-from passgraph.errors import InputError
+from passgraph.errors import GraphError, InputError
 from passgraph.formats import Format
 from passgraph.graph.targets import Target
 from passgraph.language.native import Accuracy, Math
@@ -153,6 +153,17 @@ class Passes:
                     allowed[key] = Allowed.exactly(picture) if moved else oracle.found[id(step)][place]
             self.found[promises] = expected, allowed
         return self.found[promises]
+
+    def accumulated(self, promises: Promises = SNAPPED) -> dict[int, Allowed]:
+        """Return the bounds of each resource from the inputs on, after the last run: errors of passes accumulate."""
+        oracle = OracleBackend(promises, limit=self.limit, accumulates=True)
+        plan, found = self._plan_within(Limits(native=dict(promises.native))), dict[int, Allowed]()
+        for _ in self.written(oracle):
+            for step in plan.steps:
+                if isinstance(step, CopyStep):
+                    raise GraphError(f"pass {step.name!r} copies what it draws over, for which no bounds accumulate")
+                found |= dict(zip(step.writes, oracle.found[id(step)], strict=True))
+        return found
 
     def watched(self, promises: Promises, steps: Iterable[int]) -> dict[int, Watch]:
         """Run the graph again with watches on some steps, to find the causes of their bounds."""
