@@ -77,7 +77,8 @@ def test_what_has_no_accumulated_bounds_is_refused() -> None:
             bounds(program, frame=FRAME)
     with pg.compile(gaussian_blur(pg.Input("frame"))) as program, pytest.raises(pg.GraphError, match="program must be"):
         bounds("blur", frame=FRAME)  # type: ignore[arg-type]
-    with pg.compile(mix(pg.Input("frame"), pg.Input("other"), 0.5)) as program:
+    frame, other = (pg.Input(name, "rgba32f", (31, 24)) for name in ("frame", "other"))
+    with pg.compile(mix(frame, other, 0.5)) as program:
         program.set("mix_", "by", 0.25)
         with pytest.raises(pg.GraphError, match="make them pg.Value"):
             bounds(program, frame=FRAME, other=FRAME)
