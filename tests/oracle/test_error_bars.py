@@ -65,22 +65,22 @@ def test_a_file_has_the_result_and_its_bounds(tmp_path: Path, monkeypatch: pytes
     assert (pg.load("bars.exr")[..., :3] == 0.5).all()
     assert (read["low"].astype(np.float64) <= bars.low).all()
     assert (read["high"].astype(np.float64) >= bars.high).all()
-    with pytest.raises(pg.InputError, match=r"bars.png: bounds are layers of an OpenEXR file"):
+    with pytest.raises(pg.InputError, match=r"bounds are layers of an OpenEXR file"):
         bars.save("bars.png", low)
 
 
 def test_what_has_no_accumulated_bounds_is_refused() -> None:
     spec = pg.target("kept", "rgba32f")
     mix = pg.kernel(source="def mix_(a: Image, b: Image, by: float) -> vec4: return mix(a[0, 0], b[0, 0], by)")
-    with pg.compile(mix(pg.Input("frame"), pg.previous(spec), 0.5, into=spec)) as program:
-        with pytest.raises(pg.GraphError, match="reads last run's content"):
-            bounds(program, frame=FRAME)
+    kept = mix(pg.Input("frame"), pg.previous(spec), 0.5, into=spec)
+    with pg.compile(kept) as program, pytest.raises(pg.GraphError, match="reads last run"):
+        bounds(program, frame=FRAME)
     with pg.compile(gaussian_blur(pg.Input("frame"))) as program, pytest.raises(pg.GraphError, match="program must be"):
         bounds("blur", frame=FRAME)  # type: ignore[arg-type]
     frame, other = (pg.Input(name, "rgba32f", (31, 24)) for name in ("frame", "other"))
     with pg.compile(mix(frame, other, 0.5)) as program:
         program.set("mix_", "by", 0.25)
-        with pytest.raises(pg.GraphError, match="make them pg.Value"):
+        with pytest.raises(pg.GraphError, match="make them pg"):
             bounds(program, frame=FRAME, other=FRAME)
 
 
