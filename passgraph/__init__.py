@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 from passgraph import interrupts, language
 from passgraph.forking import importing
+from passgraph.version import __version__ as __version__
 
 if interrupts.is_command():  # before the imports that take long
     interrupts.install()
@@ -59,8 +60,6 @@ if TYPE_CHECKING:
     from passgraph.tiles.tiled import tiled
     from passgraph.viewer.show import view
     from passgraph.volumes import stacked
-
-__version__ = "0.1.0"
 
 #: Names of kernels, graphs and programs by the module that defines them. All are imported at the first use of one, so
 #: that a command that needs none, such as --help, starts fast.

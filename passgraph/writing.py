@@ -52,6 +52,7 @@ class NewFile:
         _sweep(self.target.parent)
         name = f"{_prefix()}{secrets.token_hex(6)}{self.target.suffix}"
         self.temporary = self.target.with_name(name)
+        self._shown: int | None = None  # inode of a file that has another name than a temporary one
         _unfinished.add(self.temporary)
 
     def __enter__(self) -> NewFile:
@@ -79,15 +80,41 @@ class NewFile:
     def rename(self) -> None:
         """Do the second half of `complete`."""
         _check_kind(self._file, self.target, self._is_folder)
+        if not self._is_own:
+            raise InputError(f"{self._file}: another process writes {self.temporary} too; run them one after the other")
         if self._is_folder and self.target.is_dir():
             _replace_folder(self.temporary, self.target)
         else:
             os.replace(self.temporary, self.target)
         _unfinished.discard(self.temporary)
 
+    def show_as(self, file: Path) -> None:
+        """Rename the incomplete file to a name under which it stays if the process ends; raises OSError, InputError.
+
+        A system that does not rename open files keeps the temporary name.
+        """
+        place = place_of(file)
+        with suppress(PermissionError):
+            os.replace(self.temporary, place)
+            _unfinished.discard(self.temporary)
+            self.temporary, self._shown = place, os.stat(place).st_ino
+
+    @property
+    def is_shown(self) -> bool:
+        """True if the incomplete file has a name under which it stays."""
+        return self._shown is not None
+
+    @property
+    def _is_own(self) -> bool:
+        """False if another process has replaced the incomplete file."""
+        with suppress(OSError):
+            return self._shown is None or os.stat(self.temporary).st_ino == self._shown
+        return True
+
     def discard(self) -> None:
         """Remove an incomplete file; idempotent."""
-        _remove(self.temporary)
+        if self._is_own:
+            _remove(self.temporary)
         _unfinished.discard(self.temporary)
 
 

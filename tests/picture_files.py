@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import struct
 import zlib
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from passgraph.errors import InputError
+from passgraph.files.made import NAME as RECORD
 
 _rng = np.random.default_rng(1)
 #: Random pictures (7, 5, channels) of bytes, by how many channels they have.
@@ -23,6 +25,11 @@ def refused(expected: str, call: Any, *arguments: Any, **options: Any) -> str:
     line = str(caught.value)
     assert "\n" not in line
     return line
+
+
+def names_in(folder: str | Path = ".") -> list[str]:
+    """The names of a folder's files in order, without the record of what made them."""
+    return sorted(path.name for path in Path(folder).iterdir() if path.name != RECORD)
 
 
 def png(width: int, height: int, depth: int, colour: int, rows: bytes, extra: bytes = b"") -> bytes:

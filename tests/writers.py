@@ -25,6 +25,7 @@ import passgraph as pg
 from passgraph import disk_cache, writing
 from passgraph.bench.bench_report import Point, pareto_plot
 from passgraph.files.animation_sink import ToAnimation
+from passgraph.files.made import NAME as RECORD
 from passgraph.files.program_folder import export_program
 from passgraph.files.run import frames
 from passgraph.files.sequences import Arrays, ToPictures
@@ -126,7 +127,7 @@ def content(path: Path) -> dict[str, bytes]:
 
 
 def temporary(folder: Path) -> list[str]:
-    return [path.name for path in folder.rglob("*") if path.name.startswith(".")]
+    return [path.name for path in folder.rglob("*") if path.name.startswith(".") and path.name != RECORD]
 
 
 # Faults

@@ -73,7 +73,7 @@ from passgraph.files.frame import MOST_JOBS, Source
 from passgraph.files.frame_range import FrameRange
 from passgraph.files.names import Pattern, is_film, is_video
 from passgraph.files.pipe import Raw
-from passgraph.files.sequences import Held, Numbers, Pictures, Repeated, ToPictures, bits_of, is_made
+from passgraph.files.sequences import Held, Numbers, Pictures, Repeated, ToPictures, bits_of
 from passgraph.graph.targets import Input
 from passgraph.pictures import is_exr, split_layer
 from passgraph.plan.limits import bytes_of
@@ -209,7 +209,11 @@ def command_of(effect: Effect) -> click.Command:
         metavar="ADDRESS",
         help="Compute frames on the workers of a dask scheduler, such as tcp://host:8786.",
     )
-    @click.option("--resume", is_flag=True, help="Skip outputs that are complete and newer than their input.")
+    @click.option(
+        "--resume",
+        is_flag=True,
+        help="Keep outputs that are complete and were made of the same: graph, values, inputs and version.",
+    )
     @click.option(
         "--layer",
         metavar="NAME",
@@ -290,7 +294,8 @@ def apply_effect(
         raise InputError(
             f"--frames FIRST-LAST: {inputs[0]} is one picture; give a sequence, or a NUMBER of frames to make"
         )
-    if is_single and proxy == 1 and sheet is None:
+    # What made an output is recorded of frames only.
+    if is_single and proxy == 1 and sheet is None and not options["resume"]:
         check_no_ramps(effect, parameters)
         if options["scheduler"] is not None:
             raise InputError("--scheduler is for many frames; one picture is computed here: leave it out")
@@ -373,9 +378,6 @@ def apply_to_one(
     check_outputs(output, options["capture"], bits)
     tell_of_lost_bits(sink, Pictures([picture]))
     tell_of_lost_space(output, options["color"], Pictures([picture]))
-    if options["resume"] and is_made(output, [picture]):
-        click.echo(f"{output}: is there already")
-        return 0
     tell_of_several([picture])
     keeps = options["keep_layers"] and is_exr(picture) and is_exr(output)
     layers, run = Layers(options["output_layer"], keeps), RunOptions.from_options(options)

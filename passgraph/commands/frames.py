@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import field
+from dataclasses import field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import click
 import numpy as np
 
-from passgraph.commands.clips import Clip
+from passgraph.commands.clips import Clip, outputs_of
 from passgraph.commands.command_graph import as_distance, effect_output, in_bytes
 from passgraph.commands.parameter_options import Changing
 from passgraph.commands.running import RunOptions, frame_progress, program_of
@@ -117,10 +117,8 @@ class Converted:
 
     def __iter__(self) -> Iterator[Frame]:
         for frame in self.source:
-            yield Frame(
-                frame.number, frame.name, partial(self._converted, frame, False), frame.metadata,
-                partial(self._converted, frame, True),
-            )  # fmt: skip
+            light = partial(self._converted, frame, True)
+            yield replace(frame, read=partial(self._converted, frame, False), read_light=light)
 
     def _converted(self, frame: Frame, linear: bool) -> Stored:
         return self._convert(frame.pixels(linear=linear))
@@ -178,9 +176,6 @@ def _run_clip(
     program: Program, job: FramesJob, clip: Clip, settings: Settings, is_one_of_many: bool, client: Any
 ) -> bool:
     name = clip.sink.name
-    if settings.resume and isinstance(clip.sink, Film) and clip.sink.is_made(clip.source):
-        _say(clip, f"{name}: is there already")
-        return True
     values, done = job.values(clip), 0
 
     def watch(outcome: Outcome) -> None:
@@ -203,6 +198,9 @@ def _run_clip(
         tell_of_lost_layers(clip.sink.without_layers)
     if summary.stopped:
         _complain(summary.stopped)
+    elif summary.kept and not summary.written and (clip.sink.is_one_file or summary.kept == 1):
+        _say(clip, f"{name if clip.sink.is_one_file else outputs_of(clip)[0][0]}: is there already")
+        return summary.whole
     _say(clip, summary_line(name, summary, program.backend.name))
     return summary.whole
 
@@ -215,7 +213,10 @@ def _interrupted(done: Any, clip: Clip) -> Iterator[None]:
     except KeyboardInterrupt:
         count = clip.source.count
         total = f" of {count}" if count else ""
-        kept = f"{clip.sink.name} is not written" if clip.sink.is_one_file else "they are whole"
+        left = clip.sink.left if isinstance(clip.sink, Film) else None
+        kept = f"{left} has them, and --resume goes on from it" if left else "they are whole"
+        if clip.sink.is_one_file and not left:
+            kept = f"{clip.sink.name} is not written"
         raise KeyboardInterrupt(f"after {done()}{total} frames of {clip.source.name}; {kept}") from None
 
 
@@ -229,6 +230,8 @@ def summary_line(name: str, summary: Summary, backend: str) -> str:
     line = f"{name}: {_frames(summary.written)}{size} by {backend} in {summary.seconds:.1f} s{rate}"
     if summary.kept:
         line += f", {_frames(summary.kept)} there already"
+    if summary.remade:
+        line += f", {_frames(summary.remade)} replaced (made otherwise, or not whole)"
     if summary.failed:
         line += f", {_frames(len(summary.failed))} failed"
     if summary.stopped:

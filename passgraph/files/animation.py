@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import os
 from collections.abc import Iterator
+from dataclasses import replace
 from fractions import Fraction
 from itertools import accumulate, pairwise
 from pathlib import Path
@@ -118,7 +119,8 @@ class Animation:
                     f"{self.path}: truncated or corrupt from frame {number} on ({reason(error)}); {_done(number - 1)}"
                 ) from error
             metadata = {"pts": start, "duration": end - start, "time_base": TIME_BASE}
-            yield Frame(number, f"{self.path}, frame {number}", lambda picture=picture: picture, metadata)  # type: ignore[misc]
+            unread = Frame.unread(self.path, number)
+            yield replace(unread, read=lambda picture=picture: picture, metadata=metadata)  # type: ignore[misc]
         if self._problem:
             raise InputError(f"{self.path}: truncated or corrupt ({self._problem}); {_done(self.count)}")
 

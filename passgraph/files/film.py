@@ -5,13 +5,13 @@ from __future__ import annotations
 import os
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 from passgraph import arguments
 from passgraph.errors import InputError
 from passgraph.files.animation import Animation
 from passgraph.files.frame import Frame, Sink, Source
 from passgraph.files.pipe import Pipe
-from passgraph.files.sequences import Pictures, is_made
 from passgraph.files.video import Video
 from passgraph.writing import NewFile, place_of
 
@@ -24,6 +24,15 @@ def rate_given(source: Source) -> Fraction | None:
     if isinstance(source, (Animation, Video)):
         return Fraction(source.rate) if source.rate else None
     return source.raw.rate if isinstance(source, Pipe) and source.raw else None
+
+
+def partial_path(path: Path) -> Path:
+    """Return the name of an incomplete film that plays.
+
+    >>> partial_path(Path("out/b.mp4")).name
+    'b.partial.mp4'
+    """
+    return path.with_name(f"{path.stem}.partial{path.suffix}")
 
 
 def check_rate(rate: Fraction, where: str) -> None:
@@ -50,6 +59,8 @@ class Film(Sink):
         self._size: tuple[int, int] | None = None
         self._first: int | None = None  # number of the first frame
         self._new_file: NewFile | None = None
+        #: The incomplete file that an interrupted run left, which plays.
+        self.left: Path | None = None
 
     @property
     def name(self) -> str:
@@ -59,16 +70,24 @@ class Film(Sink):
         """Return the frames a second to write for a source."""
         return self.rate or rate_given(source) or RATE
 
-    def is_made(self, source: Source) -> bool:
-        """Return True if the file is complete and no older than the files of its source."""
-        if isinstance(source, (Animation, Video)):
-            return is_made(self.path, [source.path])
-        return isinstance(source, Pictures) and is_made(self.path, source.paths.values())
+    def stored_as(self) -> dict[str, Any]:
+        return {"rate": str(self.rate), "color": repr(getattr(self, "color", None))}
+
+    def encoded(self) -> int:
+        """Return the number of frames of an incomplete file that `go_on` can continue."""
+        return 0
+
+    def go_on(self) -> None:
+        """Continue the incomplete file: the first frames, which it has, are not taken but kept. Call before `begin`."""
+        raise NotImplementedError
+
+    def keep(self, frame: Frame) -> None:
+        self._first = frame.number if self._first is None else self._first
 
     def begin(self, source: Source) -> None:
-        self._rate, self._size, self._first = self.rate_for(source), None, None
-        target = place_of(self.path)
-        if isinstance(source, (Animation, Video)) and target == Path(os.path.realpath(source.path)):
+        self._rate, self._size, self._first, self.left = self.rate_for(source), None, None, None
+        targets = [place_of(self.path), place_of(partial_path(self.path))]
+        if isinstance(source, (Animation, Video)) and Path(os.path.realpath(source.path)) in targets:
             raise InputError(f"{self.path}: would be overwritten while it is read; give the output another name")
         self._new_file = NewFile(self.path)
 

@@ -7,7 +7,7 @@ import itertools
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from dataclasses import field
 from time import perf_counter
 from typing import Any, Generic, TypeAlias, TypeVar
@@ -16,8 +16,10 @@ import numpy as np
 
 from passgraph import arguments
 from passgraph.errors import InputError, PassgraphError
+from passgraph.files.film import Film
 from passgraph.files.frame import Frame, Outcome, OutputError, Sink, Source, Stored, Summary
 from passgraph.files.frame_range import FrameRange
+from passgraph.files.made import Keys, Made, unread
 from passgraph.files.stored import as_program_input, stored
 from passgraph.graph.run_values import FRAME_INDEX
 from passgraph.proxies import reduced, sampled
@@ -87,6 +89,7 @@ class Run:
     proxy: int = 1
     written: int = 0
     kept: int = 0
+    remade: int = 0
     failed: list[Outcome] = field(default_factory=list)
     stopped: str = ""
     size: tuple[int, int] | None = None
@@ -94,24 +97,83 @@ class Run:
     is_full: bool = False
     sizes: dict[str, tuple[int, int]] = field(default_factory=dict)
     first: int = 0  # number of the first frame
+    made: Made = field(default_factory=Made)
+    done: int = 0  # frames that an incomplete film has already
+    last_key: str = ""
 
     def all(self, jobs: int) -> Summary:
         start = perf_counter()
-        self.sink.begin(next(iter(self.sources.values())))
-        with ExitStack() as stack:
-            pool = stack.enter_context(ThreadPoolExecutor(jobs, "passgraph_frames")) if jobs > 1 else None
-            loading = Ahead(pool, self._load, self._frames_to_load(), jobs)
-            storing = Ahead(pool, self._prepare, self._computed(loading), jobs)
-            try:
-                self._take_all(storing)
-            except BaseException:
+        with closing(self.made):
+            if self.resume and isinstance(self.sink, Film) and (frames := self._frames_of_film(self.sink)):
+                return Summary(kept=frames)
+            self.sink.begin(next(iter(self.sources.values())))
+            with ExitStack() as stack:
+                pool = stack.enter_context(ThreadPoolExecutor(jobs, "passgraph_frames")) if jobs > 1 else None
+                loading = Ahead(pool, self._load, self._frames_to_load(), jobs)
+                storing = Ahead(pool, self._prepare, self._computed(loading), jobs)
+                try:
+                    self._take_all(storing)
+                except BaseException:
+                    self._cancel_rest(loading, storing)
+                    self.sink.abandon()
+                    raise
                 self._cancel_rest(loading, storing)
-                self.sink.abandon()
-                raise
-            self._cancel_rest(loading, storing)
-        self._end()
+            self._end()
         seconds = perf_counter() - start
-        return Summary(self.written, self.kept, tuple(self.failed), self.stopped, self.size, seconds)
+        return Summary(self.written, self.kept, tuple(self.failed), self.stopped, self.size, seconds, self.remade)
+
+    def _new_keys(self) -> Keys | None:
+        """Return the keys of the frames from the first on; None for a program that is no data."""
+        values = self.values or {}
+        settings = {
+            "sink": self.sink.stored_as(), "output": self.output, "linear": self.linear,
+            "values": "" if callable(values) else values, "proxy": self.proxy,
+        }  # fmt: skip
+        follows = self.program.has_history or self.sink.is_one_file
+        try:
+            return Keys(self.program, settings, follows=follows)
+        except InputError:
+            return None
+
+    def _frames_of_film(self, film: Film) -> int:
+        """Return the number of frames if the film is complete and this run would make the same; else 0.
+
+        Of an incomplete one, ``done`` is set to the frames that the film goes on from.
+        """
+        if frames := self.made.frames(film.path):
+            keys = self._keys_ahead(frames)
+            if len(keys) == frames and self.made.holds(film.path, keys[-1], frames):
+                return frames
+        if encoded := film.encoded():
+            keys = self._keys_ahead(encoded)[:encoded]
+            if keys and keys == self.made.film_keys(film.path)[:encoded]:
+                self.done = encoded
+                film.go_on()
+        return 0
+
+    def _keys_ahead(self, frames: int) -> list[str]:
+        """Return the keys of a number of frames from the first on, and of one more if there are more; [] if unknown."""
+        keys, found, began = self._new_keys(), list[str](), False
+        numbers = frames if self.select is None else max(frames, self.select.last)
+        try:
+            for together in _in_step(self.sources, lambda source: unread(source, numbers)):
+                first = next(iter(together.values()))
+                self.first, began = self.first if began else first.number, True
+                if keys is None or len(found) > frames or (self.select and first.number > self.select.last):
+                    break
+                if self.select is None or first.number in self.select or self.program.has_history:
+                    key = keys.next(together, self._changing(first.number))
+                    found += [key] if self.select is None or first.number in self.select else []
+        except PassgraphError:  # the run itself raises it where it gets there
+            return []
+        return found
+
+    def _changing(self, number: int) -> dict[str, Any]:
+        """Return the values of a frame's run that are not the same for all."""
+        values = self._values(number)
+        if callable(self.values):
+            return values
+        return {FRAME_INDEX.name: values[FRAME_INDEX.name]} if self.program.has_frame_index else {}
 
     # The stages that follow are in the order in which a frame passes through them.
 
@@ -120,23 +182,41 @@ class Run:
 
         With ``resume``, a frame whose output exists is skipped unless the program has history.
         """
-        began = False
+        began, keys, index = False, self._new_keys(), 0
         try:
             for frames in _in_step(self.sources):
                 first = next(iter(frames.values()))
                 self.first, began = self.first if began else first.number, True
+                is_wanted = self.select is None or first.number in self.select
                 if self.select is not None and first.number > self.select.last:
                     return
-                if self.select is not None and first.number not in self.select:
-                    if self.program.has_history:
-                        yield _Loading(first, frames, resumed=True, skipped=False, is_wanted=False)
+                if not is_wanted and not self.program.has_history:
                     continue
-                resumed = self.resume and self.sink.holds(first)
-                yield _Loading(first, frames, resumed, skipped=resumed and not self.program.has_history)
+                values: dict[str, Any] | Exception
+                try:
+                    values, changing = self._values(first.number), self._changing(first.number)
+                except Exception as error:  # that of one frame: raised where it is computed
+                    values, changing = error, {}
+                key = "" if keys is None else keys.next(frames, changing)
+                is_there, resumed = self._is_there(first, index, key) if is_wanted else (False, True)
+                index += is_wanted
+                skipped = resumed and not self.program.has_history
+                yield _Loading(first, frames, values, key, is_there, resumed, skipped, is_wanted)
         except InputError as error:
             if not began:
                 raise
             self.stopped = str(error)
+
+    def _is_there(self, frame: Frame, index: int, key: str) -> tuple[bool, bool]:
+        """Return whether an output of a frame exists, and whether ``resume`` keeps it: if this run would make it."""
+        if not self.resume:
+            return False, False
+        if isinstance(self.sink, Film):
+            return self.sink.path.exists(), index < self.done
+        file = self.sink.file(frame)
+        if file is None:
+            return False, self.sink.holds(frame)
+        return file.exists(), bool(key) and self.made.holds(file, key)
 
     def _load(self, item: _Loading) -> dict[str, Stored]:
         if item.skipped:
@@ -164,11 +244,11 @@ class Run:
                 if isinstance(error, OutputError) or not (self.ran or isinstance(error, (InputError, MemoryError))):
                     raise  # a program that does not fit would fail for every frame
                 result = error
-            yield _Storing(item.frame, result, dtype, item.is_wanted)
+            yield _Storing(item, result, dtype)
 
     def _run(self, item: _Loading, pictures: dict[str, Stored]) -> Stored | None:
         self._check_sizes(item, {name: _size(picture) for name, picture in pictures.items()})
-        run_values = self._values(item.frame.number) | pictures
+        run_values = item.checked_values() | pictures
         if item.resumed:
             self.program.run(**run_values)
             result = None
@@ -211,34 +291,46 @@ class Run:
         if isinstance(item.result, Exception):
             raise item.result
         assert item.dtype is not None
-        return self.sink.prepare(item.frame, stored(item.result, item.dtype, item.frame.name))
+        frame = item.loading.frame
+        return self.sink.prepare(frame, stored(item.result, item.dtype, frame.name))
 
     def _take_all(self, storing: Ahead[_Storing]) -> None:
         for item, future in storing:
             try:
                 prepared = future.result()
+                if item.result is None and item.loading.is_wanted:
+                    self.sink.keep(item.loading.frame)
                 if item.result is not None:
-                    self.sink.take(item.frame, prepared)
+                    self.sink.take(item.loading.frame, prepared)
             except (PassgraphError, MemoryError, OSError) as error:
                 if _is_full(error):
                     self.stopped, self.is_full = f"the disk is full: {error}", True
                     return
                 if isinstance(error, (OSError, OutputError)):
                     raise
-                self._failed(item.frame, error)
+                self._failed(item.loading.frame, error)
             else:
                 self._done(item)
 
     def _done(self, item: _Storing) -> None:
-        if not item.is_wanted:
+        loading, frame = item.loading, item.loading.frame
+        if not loading.is_wanted:
             return
         if item.result is None:
             self.kept += 1
-            self._notify(Outcome(item.frame.number, item.frame.name, "kept"))
-        else:
-            assert not isinstance(item.result, Exception)
-            self.written, self.size = self.written + 1, _size(item.result)
-            self._notify(Outcome(item.frame.number, item.frame.name, "written"))
+            self._notify(Outcome(frame.number, frame.name, "kept"))
+            return
+        assert not isinstance(item.result, Exception)
+        self.written, self.size = self.written + 1, _size(item.result)
+        self.remade += loading.is_there
+        if not loading.key:
+            pass
+        elif isinstance(self.sink, Film):
+            self.made.add_frame(self.sink.path, self.written + self.kept, loading.key)
+            self.last_key = loading.key
+        elif (file := self.sink.file(frame)) is not None:
+            self.made.add(file, loading.key)
+        self._notify(Outcome(frame.number, frame.name, "written"))
 
     def _failed(self, frame: Frame, error: Exception) -> None:
         reason = str(error) or type(error).__name__
@@ -264,9 +356,11 @@ class Run:
 
         The output of a source that stopped early holds the frames before the stop.
         """
-        if not self.is_full and (self.written or self.kept):
+        if not self.is_full and (self.written or (self.kept and not self.done)):
             try:
                 self.sink.finish()
+                if isinstance(self.sink, Film) and self.last_key and not (self.failed or self.stopped):
+                    self.made.add(self.sink.path, self.last_key, self.written + self.kept)
                 return
             except (PassgraphError, OSError) as error:
                 if not _is_full(error):
@@ -276,35 +370,47 @@ class Run:
         self.sink.abandon()
         if self.sink.is_one_file:
             self.written = 0
+        if isinstance(self.sink, Film) and self.sink.left:
+            self.stopped += f"{'; ' if self.stopped else ''}{self.sink.left} has what was encoded"
 
 
 @dataclass(frozen=True, eq=False)
 class _Loading:
-    """A frame of each source.
+    """A frame of each source, with its run values or the error of making them, and its key.
 
-    ``resumed``: its output exists, or ``is_wanted`` is False; ``skipped``: it need not be computed either.
+    ``is_there``: some output of it exists; ``resumed``: it is kept, or ``is_wanted`` is False; ``skipped``: it need not
+    be computed either.
     """
 
     frame: Frame
     frames: dict[str, Frame]
+    values: dict[str, Any] | Exception
+    key: str
+    is_there: bool
     resumed: bool
     skipped: bool
-    is_wanted: bool = True
+    is_wanted: bool
+
+    def checked_values(self) -> dict[str, Any]:
+        if isinstance(self.values, Exception):
+            raise self.values
+        return self.values
 
 
 @dataclass(frozen=True, eq=False)
 class _Storing:
     """A frame, its result or error (None if its output exists), and the dtype to store it in."""
 
-    frame: Frame
+    loading: _Loading
     result: Stored | Exception | None
     dtype: np.dtype[Any] | None
-    is_wanted: bool = True
 
 
-def _in_step(sources: dict[str, Source]) -> Iterator[dict[str, Frame]]:
+def _in_step(
+    sources: dict[str, Source], iterate: Callable[[Source], Iterator[Frame]] = iter
+) -> Iterator[dict[str, Frame]]:
     """Yield a frame of each source at a time; all sources but the endless ones must end together."""
-    iterators = {name: iter(source) for name, source in sources.items()}
+    iterators = {name: iterate(source) for name, source in sources.items()}
     ending = [name for name, source in sources.items() if not getattr(source, "endless", False)]
     if not ending:
         raise InputError("none of the sources ends; give one that is no still picture")

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import field
+from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.errors import InputError
+from passgraph.files.digests import digest, file_state
 from passgraph.image_formats import Metadata
 from passgraph.records import dataclass
 
@@ -32,6 +34,8 @@ class Frame:
     read_light : return the picture for a program that gets linear light: integers are decoded from sRGB then, so those
         that are encoded otherwise are returned as float32; None for `read`
     described : return the metadata of a picture that is in no file of its own, such as one of a stream; None without
+    state : return plain data that changes with the pixels, without decoding them: of a file its size and modification
+        time. With ``resume`` an output of another state is made again; None for pictures that only have names
 
     >>> Frame.from_picture(1, "gray", np.full((2, 3, 4), 128, np.uint8)).read().shape
     (2, 3, 4)
@@ -43,15 +47,26 @@ class Frame:
     metadata: Mapping[str, Any] = field(default_factory=dict)
     read_light: Callable[[], Stored] | None = None
     described: Callable[[], Metadata] | None = None
+    state: Callable[[], object] | None = None
 
     def pixels(self, *, linear: bool) -> Stored:
         """Return the picture for a program that gets linear light, or values as they are stored."""
         return self.read_light() if linear and self.read_light is not None else self.read()
 
     @staticmethod
+    def unread(path: Path, number: int) -> Frame:
+        """Return a frame of a file of several, by its number from 1, before its time and pixels are read."""
+
+        def read() -> Stored:
+            raise InputError(f"{name}: is not read yet")
+
+        name = f"{path}, frame {number}"
+        return Frame(number, name, read, state=lambda: (file_state(path), number))
+
+    @staticmethod
     def from_picture(number: int, name: str, picture: Stored) -> Frame:
         """Return a frame of a picture in memory."""
-        return Frame(number, name, lambda: picture)
+        return Frame(number, name, lambda: picture, state=lambda: digest(picture))
 
 
 class OutputError(InputError):
@@ -83,7 +98,7 @@ class Sink:
 
     #: True if `prepare` writes the frame's complete output, so that an interrupted run keeps it.
     whole_when_prepared = False
-    #: True if all frames go into one file, which does not exist until `finish`.
+    #: True if all frames go into one file, ``path``, which does not exist until `finish`.
     is_one_file = False
 
     @property
@@ -94,8 +109,16 @@ class Sink:
     def begin(self, source: Source) -> None:
         """Begin a run; raise InputError for an output that cannot be written."""
 
+    def stored_as(self) -> dict[str, Any]:
+        """Return what the stored numbers depend on beside the results, as plain data."""
+        return {}
+
+    def file(self, frame: Frame) -> Path | None:
+        """Return the file of its own that a frame is written to; None if it has none."""
+        return None
+
     def holds(self, frame: Frame) -> bool:
-        """Return True if the frame's complete output exists already."""
+        """Return True if the complete output of a frame without a file of its own exists already."""
         return False
 
     def in_bytes(self, source: Source) -> bool:
@@ -116,11 +139,14 @@ class Sink:
     def take(self, frame: Frame, prepared: Any) -> None:
         """Write the next frame; called in order, from one thread."""
 
+    def keep(self, frame: Frame) -> None:
+        """Take note of the next frame, whose output exists already; called in order with `take`."""
+
     def finish(self) -> None:
         """Complete the output after the last frame."""
 
     def abandon(self) -> None:
-        """Remove incomplete output after an interrupted run."""
+        """End an interrupted run: what is incomplete is removed, or kept under another name."""
 
 
 @dataclass(frozen=True)
@@ -144,6 +170,7 @@ class Summary:
     stopped : why the run or its source ended early; empty if neither did
     size : (width, height) of the last picture written
     seconds : from the first frame to the last
+    remade : with ``resume``, those of the frames written whose output existed, but cut or made of something else
     """
 
     written: int = 0
@@ -152,6 +179,7 @@ class Summary:
     stopped: str = ""
     size: tuple[int, int] | None = None
     seconds: float = 0.0
+    remade: int = 0
 
     @property
     def whole(self) -> bool:

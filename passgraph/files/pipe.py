@@ -12,6 +12,7 @@ import numpy as np
 
 from passgraph.color_tags import ColorSpace, Recoded
 from passgraph.errors import InputError
+from passgraph.files.digests import digest
 from passgraph.files.frame import Frame, Sink, Source, Stored
 from passgraph.files.sequences import result_metadata
 from passgraph.files.stored import with_channels
@@ -109,7 +110,7 @@ class Pipe:
             return Frame(
                 number, name, lambda: load_stored(Path(name), data),
                 read_light=lambda: load_stored(Path(name), data, linear=True),
-                described=lambda: metadata_of(Path(name), data),
+                described=lambda: metadata_of(Path(name), data), state=lambda: digest(data),
             )  # fmt: skip
         assert self.raw.size is not None
         (width, height), layout = self.raw.size, LAYOUTS[self.raw.layout]

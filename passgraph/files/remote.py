@@ -13,8 +13,7 @@ import os
 from collections.abc import Iterator, Mapping
 from concurrent.futures import CancelledError
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
-from threading import Lock
+from dataclasses import dataclass, replace
 from typing import Any
 
 from passgraph.arguments import numbers
@@ -132,7 +131,6 @@ class RemoteRun(Run):
     """A run whose frames are read and computed by workers, which also write them if they share the output folder."""
 
     client: Any = None
-    _values_lock: Lock = field(default_factory=Lock)
 
     def __post_init__(self) -> None:
         from passgraph.files.worker import Written, identity
@@ -163,10 +161,7 @@ class RemoteRun(Run):
         """Compute a frame on a worker and wait for the result; see `passgraph.files.worker.compute`."""
         from passgraph.files.worker import compute
 
-        values: Any = self._constants
-        if values is None:
-            with self._values_lock:  # the caller's function is called from one thread at a time
-                values = self._values(item.frame.number)
+        values: Any = item.checked_values() if self._constants is None else self._constants
         output_file = None if item.resumed else self._output_file(item.frame)
         future = self.client.submit(
             compute, self._graph, pictures, values, self.linear, self.output, output_file, pure=False
@@ -191,7 +186,7 @@ class RemoteRun(Run):
 
         if type(self.sink) is not ToPictures:
             return None
-        path = os.path.abspath(self.sink.path(frame))
+        path = os.path.abspath(self.sink.file(frame))
         folder = inode(os.path.dirname(path))
         dtype = self.sink.stores(frame, (1, 1)).str  # does not depend on the size for picture files
         if folder is None:

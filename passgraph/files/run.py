@@ -57,8 +57,10 @@ def frames(
     output : the target to store; by default the program's first
     jobs : threads that decode and encode; 1 does everything in the caller's thread; by default one a core, at most 8
     linear : decode the colors of 8- and 16-bit pictures from sRGB to linear light first
-    resume : skip frames whose output exists and is no older than the input. Programs with history compute them all the
-        same, without writing them.
+    resume : keep frames whose output is complete and was made of the same graph, settings, values, inputs (files by
+        their size and modification time) and version; what differs is computed again (``remade`` of the summary). A
+        video goes on after the frames that were encoded. Programs with history compute all frames without writing
+        those. What made an output is recorded beside it, in ``.passgraph-made.jsonl``.
     same_size : fail a frame whose sources have pictures of different sizes
     select : numbers of the frames to store, such as ``"1001-1100x2"``; by default all. Programs with history compute
         those before too.

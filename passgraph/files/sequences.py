@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import cache, partial
 from itertools import count
 from pathlib import Path
@@ -16,6 +17,7 @@ from passgraph import arguments
 from passgraph.cached import cached_property
 from passgraph.color_tags import ColorSpace, Recoded
 from passgraph.errors import InputError
+from passgraph.files.digests import digest, file_state
 from passgraph.files.frame import Frame, Sink, Source, Stored
 from passgraph.files.names import Pattern
 from passgraph.image_formats import WRITABLE, Metadata
@@ -30,7 +32,6 @@ from passgraph.pictures import (
     load_stored,
     metadata_of,
     save,
-    split_layer,
 )
 
 #: Most frames of a source without files.
@@ -82,7 +83,9 @@ class Pictures:
     def __iter__(self) -> Iterator[Frame]:
         load = partial(load_stored, overscan=self.overscan)
         for number, path in self.paths.items():
-            yield Frame(number, os.fspath(path), partial(load, path), read_light=partial(load, path, linear=True))
+            light = partial(load, path, linear=True)
+            state = partial(file_state, path)
+            yield Frame(number, os.fspath(path), partial(load, path), read_light=light, state=state)
 
 
 class Repeated(Pictures):
@@ -100,7 +103,9 @@ class Repeated(Pictures):
         read = cache(partial(load_stored, overscan=self.overscan))
         light = cache(partial(load_stored, overscan=self.overscan, linear=True))
         for number, path in self.paths.items():
-            yield Frame(number, self.name, partial(read, path), read_light=partial(light, path))
+            yield Frame(
+                number, self.name, partial(read, path), read_light=partial(light, path), state=partial(file_state, path)
+            )
 
 
 class ToPictures(Sink):
@@ -148,7 +153,7 @@ class ToPictures(Sink):
         folders = {path.parent for path in self.paths.values()}
         return os.fspath(next(iter(folders))) if len(folders) == 1 else f"{len(self.paths)} pictures"
 
-    def path(self, frame: Frame) -> Path:
+    def file(self, frame: Frame) -> Path:
         return self.paths.path(frame.number) if isinstance(self.paths, Pattern) else self.paths[frame.number]
 
     def begin(self, source: Source) -> None:
@@ -185,19 +190,19 @@ class ToPictures(Sink):
         """Return the metadata that a frame's output keeps of its source file."""
         return result_metadata(frame, self._source, self.color)
 
-    def holds(self, frame: Frame) -> bool:
-        input_path = self._inputs.get(frame.number)
-        return is_made(self.path(frame), [] if input_path is None else [input_path])
+    def stored_as(self) -> dict[str, Any]:
+        layers = {"layer": self.layer, "keep_layers": self.keep_layers}
+        return {"bits": self.bits, "deep": self._deep, "color": repr(self.color), **layers}
 
     def stores(self, frame: Frame, size: tuple[int, int]) -> np.dtype[Any]:
-        kind = format_of_suffix(self.path(frame))
+        kind = format_of_suffix(self.file(frame))
         if kind.is_float:
             return np.dtype(np.float32)
-        bits = self.bits or bits_of(self.path(frame), self._inputs.get(frame.number), self._deep)
+        bits = self.bits or bits_of(self.file(frame), self._inputs.get(frame.number), self._deep)
         return np.dtype(np.uint16 if bits == 16 else kind.dtypes[0])
 
     def prepare(self, frame: Frame, picture: Stored) -> None:
-        path, settings = self.path(frame), self.settings(frame)
+        path, settings = self.file(frame), self.settings(frame)
         if settings["layers_of"] is not None and not fits_layers(picture, settings["layers_of"]):
             settings["layers_of"] = None
             self.without_layers.append(path)
@@ -205,7 +210,7 @@ class ToPictures(Sink):
 
     def settings(self, frame: Frame) -> dict[str, Any]:
         """Return the further arguments of `passgraph.save` for a frame."""
-        path = self.path(frame)
+        path = self.file(frame)
         bits = self.bits if format_of_suffix(path).is_float else None
         return {"like": self.notes(frame), "bits": bits, "layers_of": self._layers_of(path, frame.number)}
 
@@ -250,16 +255,6 @@ def _deep(source: Source) -> str:
     return source.name if getattr(source, "deep", False) else ""
 
 
-def is_made(output: Path, inputs: Iterable[Path]) -> bool:
-    """Return True if an output exists and is no older than its inputs; outputs appear only when they are complete."""
-    try:
-        status = output.stat()
-        modified = [split_layer(path)[0].stat().st_mtime_ns for path in inputs]
-        return status.st_size > 0 and all(status.st_mtime_ns >= time for time in modified)
-    except OSError:
-        return False
-
-
 class Still:
     """A picture, a file or an array, that is repeated for every frame of another source."""
 
@@ -269,6 +264,7 @@ class Still:
 
     def __init__(self, picture: str | os.PathLike[str] | Stored, *, overscan: bool = False) -> None:
         self.name = "a still picture" if isinstance(picture, np.ndarray) else os.fspath(picture)
+        self._state = cache(lambda: digest(self._picture))
         if isinstance(picture, np.ndarray):
             self._picture: Stored = picture
             self._light: Callable[[], Stored] = lambda: self._picture
@@ -278,7 +274,7 @@ class Still:
 
     def __iter__(self) -> Iterator[Frame]:
         for number in count(1):
-            yield Frame(number, self.name, lambda: self._picture, read_light=self._light)
+            yield Frame(number, self.name, lambda: self._picture, read_light=self._light, state=self._state)
 
 
 class Held:
@@ -293,16 +289,18 @@ class Held:
         self.source, self.name, self.count, self._tell = source, source.name, source.count, tell
 
     def __iter__(self) -> Iterator[Frame]:
+        return self.held(iter(self.source), self._tell)
+
+    def held(self, frames: Iterator[Frame], tell: Callable[[str], object]) -> Iterator[Frame]:
+        """Yield frames, then the last one of them again and again."""
         last, number = None, 0
-        for last in self.source:
+        for last in frames:
             number += 1
             yield last
         if last is None:
             raise InputError(f"{self.name}: has no frames; expected one or more")
-        repeated = Frame(
-            last.number, last.name, cache(last.read), last.metadata, last.read_light and cache(last.read_light)
-        )
-        self._tell(f"{self.name}: ends after {number} frames; its last one goes with those that follow")
+        repeated = replace(last, read=cache(last.read), read_light=last.read_light and cache(last.read_light))
+        tell(f"{self.name}: ends after {number} frames; its last one goes with those that follow")
         while True:
             yield repeated
 
@@ -344,7 +342,7 @@ class Numbers:
 
     def __iter__(self) -> Iterator[Frame]:
         for number in range(1, self.count + 1):
-            yield Frame(number, f"frame {number}", _nothing)
+            yield Frame(number, f"frame {number}", _nothing, state=tuple)
 
 
 def _nothing() -> Stored:

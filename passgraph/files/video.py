@@ -6,7 +6,7 @@ import os
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
@@ -164,16 +164,17 @@ class Video:
             for frame in self._decoded(container, stream, position):
                 position.frames += 1
                 number = position.frames
-                name = f"{self.path}, frame {number}"
+                unread = Frame.unread(self.path, number)
+                name = unread.name
                 if isinstance(frame, str):
-                    yield Frame(number, name, _refusing(f"{name}: {frame}"))
+                    yield replace(unread, read=_refusing(f"{name}: {frame}"))
                     continue
                 if frame.pts is not None:
                     position.end = max(position.end, (frame.pts - self.start) * self.time_base)
                 if number == 1:
                     self.hdr, self.is_turned = HdrMetadata.of(frame), _is_quarter(_display_matrix(frame))
                 metadata = {"pts": frame.pts, "time_base": self.time_base}
-                yield Frame(number, name, partial(self._picture, name, frame, conversion), metadata)
+                yield replace(unread, read=partial(self._picture, name, frame, conversion), metadata=metadata)
         if position.frames == 0:
             raise InputError(f"{self.path}: has no frame that can be decoded; make or copy the file again")
         self._check_end(position)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from fractions import Fraction
 from pathlib import Path
@@ -15,8 +15,10 @@ from passgraph import arguments
 from passgraph.color_tags import Codes, ColorSpace, Recoded
 from passgraph.errors import InputError, reason
 from passgraph.files.chroma import location_to_write
-from passgraph.files.film import LEAST_RATE, Film
+from passgraph.files.digests import file_state
+from passgraph.files.film import LEAST_RATE, Film, partial_path
 from passgraph.files.frame import Frame, OutputError, Source, Stored
+from passgraph.files.partial_video import OPTIONS, FirstPackets, first_packets
 from passgraph.files.sequences import source_metadata
 from passgraph.files.stored import with_channels
 from passgraph.files.video import BT709, OPENING, RGB, UNSPECIFIED, Video, import_av, open_container, opened, stated
@@ -189,6 +191,18 @@ class ToVideo(Film):
         self.color = ColorSpace(color, color) if isinstance(color, str) else color
         self.codec, self.options = codec, dict(options or {})
         self.sound = sound if isinstance(sound, bool) else arguments.path(sound, "the sound of a video")
+        self._begun = FirstPackets(self.path)  # frames of an interrupted run, to go on from
+
+    def stored_as(self) -> dict[str, Any]:
+        sound = file_state(self.sound) if isinstance(self.sound, Path) else self.sound
+        libraries = import_av(self.path).library_versions
+        return {**super().stored_as(), "codec": self.codec, "options": self.options, "sound": sound, "by": libraries}
+
+    def encoded(self) -> int:
+        return len(first_packets(partial_path(self.path)))
+
+    def go_on(self) -> None:
+        self._begun = first_packets(partial_path(self.path))
 
     def begin(self, source: Source) -> None:
         self._av, self._conversion = import_av(self.path), Conversion()
@@ -199,11 +213,17 @@ class ToVideo(Film):
         self._stream: Any = None
         self._format = ""
         self._last: int | None = None  # pts of the last frame
+        self._is_continued = False  # what an interrupted run encoded is written
         self._count = 0
+        #: Bytes from which the incomplete file is worth more than what another run left.
+        self._shown_from: int | None = None
+        options = OPTIONS.get(self.path.suffix.lower(), {})
+        if options:
+            self._shown_from = max(1, self._begun.path.stat().st_size if self._begun else 0)
         super().begin(source)
         assert self._new_file is not None
         try:
-            self._container = open_container(self._av, self._new_file.temporary, "w")
+            self._container = open_container(self._av, self._new_file.temporary, "w", options=options)
             self._encoder = self._choose_encoder()
             if self._sound_file is not None:
                 check_sound(self._sound_file, self._container, self.path)
@@ -313,11 +333,35 @@ class ToVideo(Film):
         prepared.pts, prepared.time_base, prepared.pict_type = self._pts(frame), self._time_base, 0
         prepared.duration = max(1, round(self._length_of(frame) / self._time_base))
         self._end = (prepared.pts + prepared.duration) * self._time_base
-        if self._sound is not None:
-            for packet in self._sound.until(prepared.pts * self._time_base):
-                self._container.mux(packet)
+        if not self._begun or self._is_continued:
+            self._interleave_sound(prepared.pts * self._time_base)
         self._count += 1
-        self._container.mux(self._stream.encode(prepared))
+        self._mux(self._stream.encode(prepared))
+        self._show()
+
+    def _mux(self, packets: Iterable[Any]) -> None:
+        for packet in packets:
+            if self._begun and not self._is_continued:
+                self._is_continued = True
+                for begun in self._begun.as_encoded((packet.pts - packet.dts) * packet.time_base):
+                    self._interleave_sound(begun.dts * begun.time_base)
+                    begun.stream = self._stream
+                    self._container.mux(begun)
+            self._container.mux(packet)
+
+    def _interleave_sound(self, seconds: Fraction) -> None:
+        for packet in self._sound.until(seconds) if self._sound is not None else ():
+            self._container.mux(packet)
+
+    def _show(self) -> None:
+        """Give the incomplete file a name of its own once it has more than that of an interrupted run."""
+        assert self._new_file is not None
+        if self._shown_from is None:
+            return
+        with suppress(FileNotFoundError):  # it is made with its first bytes
+            if self._new_file.temporary.stat().st_size >= self._shown_from:
+                self._new_file.show_as(partial_path(self.path))
+                self._shown_from = None
 
     def _pts(self, frame: Frame) -> int:
         pts = round(self._start_of(frame) / self._time_base)
@@ -383,23 +427,39 @@ class ToVideo(Film):
             for packet in self._sound.until(self._end if isinstance(self.sound, Path) else None):
                 self._container.mux(packet)
             self._sound.close()
+        self._flush()
+        self._complete_file()
+        if self._begun:
+            self._begun.path.unlink(missing_ok=True)
+
+    def _flush(self) -> None:
         packets = self._stream.encode()
         if self._count <= _IN_ORDER:
             # x265 computes their decoding times from uninitialized memory.
             for packet in packets:
                 packet.dts = packet.pts
-        self._container.mux(packets)
+        self._mux(packets)
         self._container.close()
-        self._complete_file()
 
     def abandon(self) -> None:
+        """Keep what is encoded as a video that plays, beside the name of the whole one."""
         if self._new_file is None:
             return
-        with suppress(Exception):  # the file is removed even if closing it fails
+        with suppress(Exception):  # the file is kept or removed even if closing it fails
+            if self._count:
+                self._flush()
+        with suppress(Exception):
             self._container.close()
         if self._sound is not None:
             self._sound.close()
-        super().abandon()
+        partial = partial_path(self.path)
+        if self._count and first_packets(self._new_file.temporary):
+            with suppress(OSError, InputError):
+                self._new_file.show_as(partial)
+        if self._new_file.is_shown:
+            self.left, self._new_file = partial, None
+        else:
+            super().abandon()
 
     def _guarded(self, work: Callable[[], None]) -> None:
         """Call a function and convert libav's errors to `OutputError` with the file's name; the file cannot go on."""

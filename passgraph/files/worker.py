@@ -16,9 +16,10 @@ import numpy as np
 from distributed import get_worker
 from distributed.diagnostics.plugin import WorkerPlugin
 
+from passgraph.files.digests import file_state
 from passgraph.files.frame import Stored
 from passgraph.files.stored import as_program_input, stored
-from passgraph.pictures import in_layer, load_stored, save, split_layer
+from passgraph.pictures import in_layer, load_stored, save
 from passgraph.plan.data import Options
 from passgraph.run.compile import compile
 from passgraph.run.program import Program
@@ -105,15 +106,8 @@ class Named:
     @staticmethod
     def from_path(path: str | os.PathLike[str]) -> Named | None:
         """Describe a file, or the metadata file of a Zarr array; None if it does not exist."""
-        full = os.path.abspath(path)
-        file, _ = split_layer(Path(full))
-        for description in (file / "zarr.json", file / ".zarray") if file.is_dir() else (file,):
-            try:
-                status = os.stat(description)
-            except OSError:
-                continue
-            return Named(full, status.st_size, status.st_mtime_ns)
-        return None
+        state = file_state(full := os.path.abspath(path))
+        return None if state is None else Named(full, *state[1:])
 
     @property
     def is_here(self) -> bool:

@@ -13,6 +13,7 @@ from passgraph.commands.entry import run
 from passgraph.files import Video
 from tests.commands.told import refused
 from tests.files.made import video
+from tests.picture_files import names_in
 
 FADE = "vec4 transition(vec2 p) { return mix(getFromColor(p), getToColor(p), progress); }"
 SECONDS = """/*{"INPUTS": [{"NAME": "inputImage", "TYPE": "image"}]}*/
@@ -74,7 +75,7 @@ def test_whole_frames_are_made_of_parameters_alone_and_vectors_change() -> None:
 
 def test_a_folder_gets_numbered_pictures() -> None:
     done("fade.glsl", "black.png", "--frames", "3", "-o", "out/")
-    assert sorted(path.name for path in Path("out").iterdir()) == [f"black.{n:04d}.png" for n in (1, 2, 3)]
+    assert names_in("out") == [f"black.{n:04d}.png" for n in (1, 2, 3)]
 
 
 def test_resume_makes_what_is_missing() -> None:

@@ -21,6 +21,7 @@ from passgraph.files.animation import is_animated
 from passgraph.files.open import open_film, open_sink, open_source
 from tests.commands.told import Outcome, refused
 from tests.files.made import SCALED, inverted, sequence
+from tests.picture_files import names_in
 
 LENGTHS = [40, 70, 100, 0, 300]
 #: What browsers show, in seconds: no time at all is a tenth of a second.
@@ -268,7 +269,7 @@ def test_a_time_that_a_gif_cannot_hold_is_an_error() -> None:
     """Two bytes hold eleven minutes of hundredths."""
     with pytest.raises(InputError, match=r"b\.gif: shows a frame for 700 s; expected at most 655\.35 s"):
         copied(Arrays(frames_of(3)), "b.gif", rate=Fraction(1, 700))
-    assert list(Path().iterdir()) == []
+    assert names_in() == []
 
 
 def test_a_gif_is_shown_as_often_as_it_can_say() -> None:
@@ -393,8 +394,8 @@ def test_an_animation_goes_into_any_output(capsys: pytest.CaptureFixture[str]) -
         assert (outcome.status, outcome.err) == (0, ""), arguments
         assert made in outcome.out
     assert lengths(Animation("b.gif")) == lengths(Animation("b.apng")) == SHOWN
-    assert sorted(path.name for path in Path("frames").iterdir()) == [f"a.000{n}.png" for n in range(1, 6)]
-    assert len(list(Path("all").iterdir())) == 7
+    assert names_in("frames") == [f"a.000{n}.png" for n in range(1, 6)]
+    assert len(names_in("all")) == 7
     assert lengths(Animation("two.gif")) == [Fraction(1, 4)] * 2
     gray = np.stack([frame.read() for frame in Animation("b.gif")])
     assert np.array_equal(gray[..., 3], np.stack(frames_of())[..., 3])
@@ -437,7 +438,7 @@ def test_a_run_that_fails_leaves_nothing() -> None:
     assert summary.written == 1
     with pytest.raises(InputError, match=r"folder .* does not exist"):
         copied(Arrays(sizes[:1]), "nowhere/b.gif")
-    assert sorted(path.name for path in Path().iterdir()) == ["b.gif"]
+    assert names_in() == ["b.gif"]
     assert isinstance(open_sink("c.apng"), ToAnimation)
 
 

@@ -19,6 +19,7 @@ from passgraph.commands.entry import run
 from passgraph.files import Arrays, Pictures, ToArrays, ToPictures
 from passgraph.files.remote import RemoteRun
 from passgraph.files.worker import MOST_PROGRAMS, PLUGIN, Named, Programs, compiled, compute
+from tests.picture_files import names_in
 
 distributed = pytest.importorskip("distributed")
 
@@ -229,7 +230,8 @@ def test_a_scheduler_that_goes_away_ends_the_run_and_resume_completes_it(
     others = [path.name for path in (tmp_path / "out").iterdir() if path not in made.values()]
     assert all(name.startswith(".passgraph-") for name in others)
     summary = pg.frames(program, many, ToPictures(made), values=values, resume=True)
-    assert summary.kept == len(there) and summary.written == len(FRAMES) - len(there)
+    # A worker's last file may not be recorded yet.
+    assert summary.kept + summary.remade == len(there) and summary.kept + summary.written == len(FRAMES)
     near = outputs(tmp_path / "near")
     pg.frames(program, many, ToPictures(near), values=values)
     assert [path.read_bytes() for path in made.values()] == [path.read_bytes() for path in near.values()]
@@ -241,7 +243,7 @@ def test_the_command_runs_on_a_scheduler(
     out, address = tmp_path / "out", client.scheduler.address
     told = ["apply", "black-and-white", str(files[1].parent), "-o", str(out), "-b", "reference", "--scheduler", address]
     assert run(told) == 0, capsys.readouterr().err
-    assert len(list(out.iterdir())) == len(FRAMES)
+    assert len(names_in(out)) == len(FRAMES)
     capsys.readouterr()
     one = ["apply", "black-and-white", str(files[1]), "-o", str(tmp_path / "one.png"), "--scheduler", address]
     assert run(one) == 2

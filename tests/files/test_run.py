@@ -18,6 +18,7 @@ from passgraph.errors import GraphError, InputError
 from passgraph.files import Arrays, Frame, Outcome, Pattern, Pictures, Sink, Still, ToArrays, ToPictures
 from passgraph.files.stored import stored
 from tests.files.made import ADD, INVERT, SCALED, inverted, picture, sequence, summed, value
+from tests.picture_files import names_in
 
 
 @pytest.mark.parametrize("jobs", [1, 2, 5])
@@ -238,7 +239,7 @@ def test_a_full_disk_keeps_what_is_whole(tmp_path: Path, monkeypatch: pytest.Mon
     assert summary.written == 3
     assert summary.stopped.startswith("the disk is full: ")
     assert "cannot be written (No space left on device)" in summary.stopped
-    names = sorted(path.name for path in tmp_path.iterdir())
+    names = names_in(tmp_path)
     assert len(names) == 3
     assert all(pg.load(tmp_path / name).shape == (4, 6, 4) for name in names)
 
@@ -257,7 +258,7 @@ def test_ctrl_c_keeps_what_is_whole(tmp_path: Path, jobs: int) -> None:
     with inverted() as program:
         with pytest.raises(KeyboardInterrupt):
             pg.frames(program, Arrays([picture(i) for i in range(50)]), sink, jobs=jobs, watch=stop)
-        names = sorted(path.name for path in tmp_path.iterdir())
+        names = names_in(tmp_path)
         assert 4 <= len(names) <= 4 + 2 * jobs + 2
         assert names == [f"out.{number:02d}.png" for number in told]
         assert all(pg.load(tmp_path / name).shape == (4, 6, 4) for name in names)
@@ -349,8 +350,8 @@ def test_resume_with_history_runs_what_it_does_not_write(tmp_path: Path) -> None
     (tmp_path / "out.2.png").write_bytes((tmp_path / "out.1.png").read_bytes())
     with summed() as program:
         summary = pg.frames(program, source, sink, resume=True)
-    assert (summary.written, summary.kept) == (1, 3)
-    assert [value(tmp_path / f"out.{n}.png") for n in range(1, 5)] == [10, 10, 60, 100]
+    assert (summary.written, summary.kept, summary.remade) == (2, 2, 1)
+    assert [value(tmp_path / f"out.{n}.png") for n in range(1, 5)] == [10, 30, 60, 100]
 
 
 def test_wrong_arguments() -> None:

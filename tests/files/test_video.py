@@ -18,6 +18,7 @@ from passgraph.files import Arrays, Outcome, ToArrays, ToVideo, Video
 from passgraph.files.open import open_film
 from passgraph.files.video import _duration, open_container
 from tests.files.made import INVERT, SCALED, grays, inverted, picture, sequence, summed, value, video
+from tests.picture_files import names_in
 
 av: Any = pytest.importorskip("av")
 
@@ -327,7 +328,7 @@ def test_a_video_is_read_as_it_is_shown(tmp_path: Path, shown: tuple[tuple[int, 
     copied(Arrays([blocks[..., None].repeat(3, 2)]), tmp_path / "plain.mp4", options={"crf": "1"})
     data = (tmp_path / "plain.mp4").read_bytes()
     plain, one = struct.pack(">9i", 1 << 16, 0, 0, 0, 1 << 16, 0, 0, 0, 1 << 30), 1 << 16
-    at = data.index(plain, data.index(b"tkhd"))
+    at = data.index(plain, data.rindex(b"tkhd"))
     matrix = struct.pack(">9i", a * one, b * one, 0, c * one, d * one, 0, 0, 0, 1 << 30)
     (tmp_path / "said.mp4").write_bytes(data[:at] + matrix + data[at + len(plain) :])
     picture = next(iter(Video(tmp_path / "said.mp4"))).read()
@@ -474,7 +475,7 @@ def test_an_older_video_stays_until_the_new_one_is_whole(tmp_path: Path) -> None
     with inverted() as program:
         with pytest.raises(KeyboardInterrupt):
             pg.frames(program, Arrays([picture(1, (32, 32))] * 30), old, watch=stop)
-        assert [path.name for path in tmp_path.iterdir()] == ["a.mp4"]
+        assert names_in(tmp_path) == ["a.mp4", "a.partial.mp4"]
         assert old.read_bytes() == b"precious"
         pg.frames(program, Arrays([picture(1, (32, 32))] * 3), old)
     assert len(grays(old)) == 3
@@ -487,7 +488,7 @@ def test_nothing_written_leaves_nothing(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
-def test_a_full_disk_leaves_no_video(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_full_disk_keeps_what_is_encoded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     sink = ToVideo(tmp_path / "a.mp4")
     encode, count = ToVideo._encode, iter(range(100))
 
@@ -500,8 +501,9 @@ def test_a_full_disk_leaves_no_video(tmp_path: Path, monkeypatch: pytest.MonkeyP
     with inverted() as program:
         summary = pg.frames(program, Arrays([picture(1, (32, 32))] * 30), sink)
     assert summary.stopped.startswith("the disk is full: ")
-    assert summary.written == 0
-    assert not list(tmp_path.iterdir())
+    assert summary.stopped.endswith("a.partial.mp4 has what was encoded")
+    assert (summary.written, names_in(tmp_path)) == (0, ["a.partial.mp4"])
+    assert len(grays(tmp_path / "a.partial.mp4")) == 5
 
 
 @pytest.mark.parametrize(
