@@ -10,11 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.base import ATTRIBUTES, vertex_attribute
-from passgraph.backends.webgpu import devices
-from passgraph.backends.webgpu.programs import packed, packed_tables
-from passgraph.backends.webgpu.textures import Stored, Texture
-from passgraph.backends.webgpu.transfers import texels
-from passgraph.backends.webgpu.wgsl import FULLSCREEN, HEAD
+from passgraph.backends.webgpu.recorder import RecordingBackend, constants, offset
 from passgraph.errors import InputError
 from passgraph.formats import FORMATS, Format
 from passgraph.graph.draw_state import Geometry
@@ -24,16 +20,12 @@ from passgraph.language.parameter_name import ParameterName
 from passgraph.language.scalar import ScalarProgram, UniformSlot
 from passgraph.language.types import element_of
 from passgraph.plan.data import CopyStep, DrawStep, PixelStep, Plan, Resource, Step
-from passgraph.quantise import numbers_of
 from passgraph.run.parameters import Uniforms, picked, resolve
 from passgraph.web.orbit import PoseTable
-from passgraph.web.recorder import DEFAULT_LIMITS, RecordingBackend
 from passgraph.web.size_rules import Rule
 
 #: Version of effect.json; a runtime reads one version.
 VERSION = 1
-#: Bytes per pixel that a target costs in WebGPU's limit, where it is not the size of a texel.
-_COSTS = {"r8unorm": 1, "rg8unorm": 2, "rgba8unorm": 8}
 
 
 class Blob:
@@ -101,10 +93,7 @@ class PlanWriter:
 
     def picture(self, picture: NDArray[Any], format_: Format, size: tuple[int, int]) -> dict[str, int]:
         """Store the texels of a picture and return their place."""
-        shaped = np.broadcast_to(picture, (size[1], size[0], format_.channels))
-        numbers = numbers_of(shaped, format_) if shaped.dtype == np.float32 else shaped
-        texture = Texture(format_, size, self.backend.stored(format_), None, None, None)
-        return self.blob.add(texels(texture, numbers).tobytes())
+        return self.blob.add(self.backend.texels(picture, format_, size))
 
     def _buffer(self, resource: Resource) -> dict[str, int]:
         spec = self.plan.buffers[resource.id]
@@ -216,33 +205,27 @@ class PlanWriter:
         """Return the images and parameters of one stage: a block of constants, and the places of run values in it."""
         constant = replace(step, values={name: self._constant(step, name) for name in step.values})
         uniforms = Uniforms(program, constant, {})
-        block = packed(program, (1, 1), 1.0, uniforms.block, packed_tables(program))[HEAD:]
-        ints_at = HEAD + 16 * max(1, -(-program.float_count // 4))
         values = [
-            _place(slot, constant.values[key].name, fields, ints_at)  # type: ignore[attr-defined]
+            _place(slot, constant.values[key].name, fields, offset(program, slot))  # type: ignore[attr-defined]
             for key, fields, _, slot, _ in uniforms.changing
         ]
-        described = {"images": list(images), "constants": self.blob.add(block), "values": values}
+        block = self.blob.add(constants(program, uniforms.block))
+        described = {"images": list(images), "constants": block, "values": values}
         if self.poses is not None:
             columns = [(slot, self.poses.column(slot, step.values)) for slot in program.uniforms]
             described["poses"] = [
-                {"at": _offset(slot, ints_at), "count": slot.count, "column": column}
+                {"at": offset(program, slot), "count": slot.count, "column": column}
                 for slot, column in columns
                 if column is not None
             ]
         return described
 
 
-def _offset(slot: UniformSlot, ints_at: int) -> int:
-    """Return the place of a uniform in the bytes of its stage."""
-    return (HEAD if slot.block == "float" else ints_at) + 4 * slot.offset
-
-
-def _place(slot: UniformSlot, value: str, fields: Sequence[str], ints_at: int) -> dict[str, Any]:
+def _place(slot: UniformSlot, value: str, fields: Sequence[str], at: int) -> dict[str, Any]:
     if fields:
         raise InputError(f"value {value!r} is a struct, which a page cannot set; give the export one")
     place: dict[str, Any] = {
-        "value": value, "at": _offset(slot, ints_at), "count": slot.count,
+        "value": value, "at": at, "count": slot.count,
         "type": element_of(slot.type).name,  # type: ignore[arg-type]
     }  # fmt: skip
     if slot.range is not None:
@@ -285,38 +268,13 @@ def written_plan(
     document = {
         "format": "passgraph effect", "version": VERSION,
         "size": list(plan.size), "resizable": rules is not None,
-        "features": _features(plan), "limits": _limits(plan, backend),
+        "features": backend.features(plan), "limits": backend.raised_limits(plan),
         "memories": len(plan.memories) + len(writer.unread_depths),
         "resources": resources, "inputs": inputs, "outputs": dict(plan.outputs),
         "history": [list(pair) for pair in plan.histories],
-        "steps": steps, "pipelines": writer.pipelines, "modules": backend.device.modules,
-        "fullscreen": backend.device.create_shader_module(code=FULLSCREEN), "meshes": writer.meshes,
+        "steps": steps, "pipelines": writer.pipelines, "modules": backend.modules,
+        "fullscreen": backend.fullscreen(), "meshes": writer.meshes,
         "staticValues": sorted(n for n, v in plan.values.items() if v.static and n not in writer.constants),
         "data": {"file": "effect.bin", "bytes": writer.blob.size},
     }  # fmt: skip
     return document, b"".join(writer.blob.parts)
-
-
-def _features(plan: Plan) -> list[str]:
-    """Return the optional features of a device that steps of this plan use."""
-    found = set()
-    for step in plan.steps:
-        if isinstance(step, DrawStep):
-            for blend, format_ in zip(step.state.blend or (), step.output_formats, strict=False):
-                if blend is not None and format_.number == "f4":
-                    found.add(devices.BLENDS)
-    if any(resource.format.stencil for resource in plan.resources):
-        found.add(devices.STENCIL)
-    return sorted(found)
-
-
-def _limits(plan: Plan, backend: RecordingBackend) -> dict[str, int]:
-    """Return the limits above WebGPU's defaults that this plan needs, in the words of JavaScript."""
-    default = DEFAULT_LIMITS["max-color-attachment-bytes-per-sample"]
-    written = [step.output_formats for step in plan.steps if not isinstance(step, CopyStep)]
-    most = max((sum(map(_cost, map(backend.stored, formats))) for formats in written), default=0)
-    return {"maxColorAttachmentBytesPerSample": most} if most > default else {}
-
-
-def _cost(stored: Stored) -> int:
-    return _COSTS.get(stored.name, stored.format.bytes_per_pixel)

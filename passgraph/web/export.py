@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from passgraph.backends.webgpu.recorder import RecordingBackend
 from passgraph.errors import InputError
 from passgraph.files.program_folder import FILE as PROGRAM
 from passgraph.formats import FORMATS, Format
@@ -29,7 +30,6 @@ from passgraph.run.caller_arrays import Admission, bound_to
 from passgraph.viewer.subject import Control
 from passgraph.web.document import written_plan
 from passgraph.web.orbit import Orbit, PoseTable
-from passgraph.web.recorder import RecordingBackend
 from passgraph.web.size_rules import resizable_rules
 from passgraph.writing import is_temporary, made_folder, write_files
 

@@ -1,20 +1,30 @@
-"""Print the steps of a plan as WebGPU pipelines without a device.
+"""Describe a plan for a WebGPU device that is not here, as plain data: pipelines, texels, parameters and needs.
 
 The webgpu backend compiles each step on a `Recorder`.  This stands for a device and returns the descriptors that it is
-given, as plain data.
+given.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.backends.base import Block
+from passgraph.backends.shader_printing import vec4_count
 from passgraph.backends.webgpu import devices
 from passgraph.backends.webgpu.backend import WebGPUBackend
 from passgraph.backends.webgpu.passes import DrawRun, PixelRun
-from passgraph.backends.webgpu.programs import Programs
-from passgraph.backends.webgpu.textures import Texture
+from passgraph.backends.webgpu.programs import Programs, packed, packed_tables
+from passgraph.backends.webgpu.textures import Stored, Texture
+from passgraph.backends.webgpu.transfers import texels
+from passgraph.backends.webgpu.wgsl import FULLSCREEN
+from passgraph.backends.webgpu.wgsl import HEAD as CONSTANTS_AT
 from passgraph.formats import FORMATS, Format
-from passgraph.plan.data import DrawStep, PixelStep
+from passgraph.language.scalar import ScalarProgram, UniformSlot
+from passgraph.plan.data import CopyStep, DrawStep, PixelStep, Plan
+from passgraph.quantise import numbers_of
 
 #: Default limits of WebGPU, as the specification has them.
 DEFAULT_LIMITS = {
@@ -31,6 +41,8 @@ DEFAULT_LIMITS = {
 }
 #: A plan may use more bytes per pixel in its targets than every device has; the document then says so.
 RAISED_LIMITS = {"max-color-attachment-bytes-per-sample": 128}
+#: Bytes per pixel that a target costs in WebGPU's limit, where it is not the size of a texel.
+_COSTS = {"r8unorm": 1, "rg8unorm": 2, "rgba8unorm": 8}
 
 
 class Recorder:
@@ -74,6 +86,42 @@ class RecordingBackend(WebGPUBackend):
         self.draws_norm16 = False
         self.closed = False
 
+    @property
+    def modules(self) -> list[str]:
+        """Return the texts of the shader modules of all pipelines so far."""
+        modules: list[str] = self.device.modules
+        return modules
+
+    def fullscreen(self) -> int:
+        """Return the number of the module with the vertex shader of pixel passes."""
+        number: int = self.device.create_shader_module(code=FULLSCREEN)
+        return number
+
+    def texels(self, picture: NDArray[Any], format_: Format, size: tuple[int, int]) -> bytes:
+        """Return a picture, of values or of numbers in a format, as its texture stores it."""
+        shaped = np.broadcast_to(picture, (size[1], size[0], format_.channels))
+        numbers = numbers_of(shaped, format_) if shaped.dtype == np.float32 else shaped
+        return texels(Texture(format_, size, self.stored(format_), None, None, None), numbers).tobytes()
+
+    def features(self, plan: Plan) -> list[str]:
+        """Return the optional features of a device that steps of a plan use."""
+        found = set()
+        for step in plan.steps:
+            if isinstance(step, DrawStep):
+                for blend, format_ in zip(step.state.blend or (), step.output_formats, strict=False):
+                    if blend is not None and format_.number == "f4":
+                        found.add(devices.BLENDS)
+        if any(resource.format.stencil for resource in plan.resources):
+            found.add(devices.STENCIL)
+        return sorted(found)
+
+    def raised_limits(self, plan: Plan) -> dict[str, int]:
+        """Return the limits above WebGPU's defaults that a plan needs, in the words of JavaScript."""
+        default = DEFAULT_LIMITS["max-color-attachment-bytes-per-sample"]
+        written = [step.output_formats for step in plan.steps if not isinstance(step, CopyStep)]
+        most = max((sum(map(_cost, map(self.stored, formats))) for formats in written), default=0)
+        return {"maxColorAttachmentBytesPerSample": most} if most > default else {}
+
     def pixel_pipeline(self, step: PixelStep) -> dict[str, Any]:
         """Return the pipeline of a pixel pass, in the words of JavaScript."""
         described: dict[str, Any] = in_javascript(PixelRun(self, step).pipeline)
@@ -88,6 +136,21 @@ class RecordingBackend(WebGPUBackend):
         depth = FORMATS["depth32f"] if run.lacks_depth else depth
         texture = None if depth is None else Texture(depth, step.size, self.stored(depth), None, None, None)
         return {**in_javascript(run.pipeline(texture)), "clears": run.clears, "lacks_depth": run.lacks_depth}
+
+
+def _cost(stored: Stored) -> int:
+    return _COSTS.get(stored.name, stored.format.bytes_per_pixel)
+
+
+def constants(program: ScalarProgram, block: Block) -> bytes:
+    """Return the parameters of a stage as its shader reads them, from :data:`CONSTANTS_AT` on."""
+    return packed(program, (1, 1), 1.0, block, packed_tables(program))[CONSTANTS_AT:]
+
+
+def offset(program: ScalarProgram, slot: UniformSlot) -> int:
+    """Return the place of a parameter in the bytes of its stage."""
+    block = CONSTANTS_AT if slot.block == "float" else CONSTANTS_AT + 16 * max(1, vec4_count(program.float_count))
+    return block + 4 * slot.offset
 
 
 def in_javascript(described: Any) -> Any:
