@@ -139,7 +139,7 @@ _PICKLE = DataPickle(
 )  # fmt: skip
 
 
-class Programs:
+class LoweredPrograms:
     """The programs that one plan has lowered, by digest: passes of one kernel share one program."""
 
     def __init__(self) -> None:
@@ -152,9 +152,9 @@ class Programs:
         return self._digests[id(program)][1]
 
 
-def lower_once(program: ir.TypedKernel, facts: Facts, known: Programs | None = None) -> scalar.ScalarProgram:
+def lower_once(program: ir.TypedKernel, facts: Facts, known: LoweredPrograms | None = None) -> scalar.ScalarProgram:
     """Lower like :func:`~.lower.lower`, from disk if cached; ``known`` holds the programs of one plan."""
-    known = Programs() if known is None else known
+    known = LoweredPrograms() if known is None else known
     try:
         name = digest(disk_cache.text_digest(Path(__file__).parent), known.digest(program), facts_digest(facts))
     except (TypeError, RecursionError):

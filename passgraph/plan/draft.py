@@ -10,7 +10,7 @@ from passgraph.formats import Format
 from passgraph.graph.targets import InputSpec, Pass, Target, TargetSpec
 from passgraph.language.builtin_name import BuiltinName
 from passgraph.language.facts import Facts
-from passgraph.language.lower_cache import Programs
+from passgraph.language.lower_cache import LoweredPrograms
 from passgraph.language.parameter_name import ParameterName
 from passgraph.language.scalar import ScalarProgram
 from passgraph.plan.data import Options
@@ -123,7 +123,7 @@ class Draft:
     passes: Mapping[Pass, Lowered]
     notes: tuple[str, ...]
     #: Programs lowered so far: passes of one kernel share one.
-    programs: Programs = field(default_factory=Programs)
+    programs: LoweredPrograms = field(default_factory=LoweredPrograms)
 
     def size_of(self, target: Target) -> tuple[int, int]:
         return self.inputs[target.spec][1] if isinstance(target.spec, InputSpec) else self.sizes[target.spec]

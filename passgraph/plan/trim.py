@@ -9,7 +9,7 @@ from typing import TypeVar
 from passgraph.graph.targets import DrawPass, Pass, PixelPass, Target
 from passgraph.language.ir import TypedKernel
 from passgraph.language.kernel import Kernel
-from passgraph.language.lower_cache import Programs, lower_once
+from passgraph.language.lower_cache import LoweredPrograms, lower_once
 from passgraph.plan.draft import Draft, Lowered, LoweredDraw, LoweredPixels
 from passgraph.plan.specialize import link, varyings_of
 
@@ -96,7 +96,7 @@ def _kept(lowered: Lowered, dead: Sequence[Target]) -> list[int]:
     return live_slots or ([0] if discards else [])
 
 
-def _with_targets(lowered: Lowered, slots: Sequence[int], known: Programs) -> Lowered:
+def _with_targets(lowered: Lowered, slots: Sequence[int], known: LoweredPrograms) -> Lowered:
     """Return a pass that is lowered again with some of its color targets."""
     facts = replace(lowered.facts, stores=_chosen(lowered.facts.stores, slots))
     lowered = replace(lowered, facts=facts, slots=_chosen(lowered.slots, slots))
@@ -108,7 +108,7 @@ def _with_targets(lowered: Lowered, slots: Sequence[int], known: Programs) -> Lo
     return replace(lowered, images={name: target for name, target in lowered.images.items() if name in read})
 
 
-def _pixels_with(lowered: LoweredPixels, slots: Sequence[int], known: Programs) -> LoweredPixels:
+def _pixels_with(lowered: LoweredPixels, slots: Sequence[int], known: LoweredPrograms) -> LoweredPixels:
     node = lowered.done
     assert isinstance(node, PixelPass)
     kernel = Kernel.of_program(_with_results(node.kernel.program, slots))
@@ -116,7 +116,7 @@ def _pixels_with(lowered: LoweredPixels, slots: Sequence[int], known: Programs) 
     return replace(lowered, done=done, program=lower_once(kernel.program, lowered.facts, known))
 
 
-def _draw_with(lowered: LoweredDraw, slots: Sequence[int], known: Programs) -> LoweredDraw:
+def _draw_with(lowered: LoweredDraw, slots: Sequence[int], known: LoweredPrograms) -> LoweredDraw:
     drawn = lowered.done
     assert isinstance(drawn, DrawPass)
     state = replace(

@@ -23,7 +23,7 @@ _EMPTY = Block(np.zeros(1, np.float32), np.zeros(1, np.int32))
 
 
 @dataclass(frozen=True)
-class Unit:
+class RunUnit:
     """Steps that run as one."""
 
     steps: tuple[Step, ...]
@@ -37,14 +37,14 @@ class StepCompiler:
         self.backend, self.storages, self.parameters = backend, storages, parameters
         self._geometries: dict[int, Any] = {}
 
-    def compile(self, plan: Plan) -> tuple[tuple[Unit, ...], tuple[Unit, ...]]:
+    def compile(self, plan: Plan) -> tuple[tuple[RunUnit, ...], tuple[RunUnit, ...]]:
         """Return the units of a plan, and each step singly, for runs under observation."""
-        chains, units, singly = Chains(plan), list[Unit](), list[Unit]()
+        chains, units, singly = Chains(plan), list[RunUnit](), list[RunUnit]()
         while len(singly) < len(plan.steps):
             unit = self._next_unit(plan, chains, len(singly))
             units.append(unit)
             is_chain = len(unit.steps) > 1
-            singly += [Unit((step,), self._when_run(step)) for step in unit.steps] if is_chain else [unit]
+            singly += [RunUnit((step,), self._when_run(step)) for step in unit.steps] if is_chain else [unit]
         return tuple(units), tuple(singly)
 
     def release(self) -> None:
@@ -53,14 +53,14 @@ class StepCompiler:
             self.backend.release_geometry(geometry)
         self._geometries.clear()
 
-    def _next_unit(self, plan: Plan, chains: Chains, start: int) -> Unit:
+    def _next_unit(self, plan: Plan, chains: Chains, start: int) -> RunUnit:
         """Compile the next chain that the backend runs as one, or else the next single step."""
         for end in chains.ends(start):
             steps = plan.steps[start:end]
             execute = self._chain(cast("tuple[PixelStep, ...]", steps))
             if execute is not None:
-                return Unit(steps, execute)
-        return Unit((plan.steps[start],), self._step(plan.steps[start]))
+                return RunUnit(steps, execute)
+        return RunUnit((plan.steps[start],), self._step(plan.steps[start]))
 
     def _when_run(self, step: Step) -> Execute:
         """Return a function that compiles a chain's step when first called: single steps run only under observation."""

@@ -15,7 +15,7 @@ from passgraph.errors import InputError
 from passgraph.graph.run_values import FRAME_INDEX, OUTPUT_SIZE, Value
 from passgraph.plan.data import Plan, Step
 from passgraph.run.caller_arrays import Picture as Given
-from passgraph.run.compiled_steps import StepCompiler, Unit
+from passgraph.run.compiled_steps import RunUnit, StepCompiler
 from passgraph.run.parameters import Parameters
 from passgraph.run.result import Results
 from passgraph.run.static_values import StaticValues
@@ -44,8 +44,8 @@ class Execution:
     def __init__(self, plan: Plan, backend: Backend) -> None:
         self.plan, self.backend = plan, backend
         self.runs = 0
-        self.units: tuple[Unit, ...] = ()
-        self._singly: tuple[Unit, ...] = ()
+        self.units: tuple[RunUnit, ...] = ()
+        self._singly: tuple[RunUnit, ...] = ()
         self.storages, self._static = Storages(plan, backend), StaticValues(plan)
         self._compiler: StepCompiler | None = None
         try:

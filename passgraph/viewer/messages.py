@@ -20,7 +20,8 @@ from passgraph.pictures import save
 from passgraph.reading import parsed_json
 from passgraph.viewer.display import CHANNELS, Look
 from passgraph.viewer.recording import SUFFIXES
-from passgraph.viewer.session import Published, Session, Settings
+from passgraph.viewer.requests import Settings
+from passgraph.viewer.session import Published, Session
 from passgraph.viewer.subject import Subject
 from passgraph.writing import temporary_folder
 
@@ -152,7 +153,7 @@ class Pages:
         """Forget a page that has closed."""
         client.close()
         for code in client.keys_down:
-            self.session.key(code, False)
+            self.session.requests.key(code, False)
 
     async def _send_states(self, client: Client) -> None:
         """Send the latest state; with pictures only if the client has shown the last ones, so that they never queue."""
@@ -179,18 +180,18 @@ class Pages:
             message = parsed_json(text)
             kind = message["kind"]
             if kind == "ask":
-                self.session.ask(**checked_changes(message["changes"]))
+                self.session.requests.ask(**checked_changes(message["changes"]))
             elif kind == "ready":
                 client.is_ready = True
-                self.session.ready()
+                self.session.requests.ready()
                 self._wake()
             elif kind == "key":
                 code, down = int(message["code"]), bool(message["down"])
-                self.session.key(code, down)
+                self.session.requests.key(code, down)
                 (client.keys_down.add if down else client.keys_down.discard)(code)
             elif kind == "values":
                 x, y = int(message["x"]), int(message["y"])
-                await client.send({"kind": "values", "x": x, "y": y, "values": self.session.values_at(x, y)})
+                await client.send({"kind": "values", "x": x, "y": y, "values": self.session.shown.values_at(x, y)})
             elif kind == "keep":  # the picture on screen now, not when the request runs
                 client.ask(kind, partial(self.session.keep, self.session.picture("values")))
             elif kind in _QUESTIONS:
@@ -255,7 +256,7 @@ SAVED: Mapping[str, tuple[str, Literal["values", "shown"], int | None]] = {
     "npy": ("npy", "values", None),
 }
 _QUESTIONS: Mapping[str, Callable[[Session, Mapping[str, Any]], dict[str, Any]]] = {
-    "statistics": lambda session, _: session.statistics(),
+    "statistics": lambda session, _: session.shown.statistics(),
     "inspect": lambda session, message: session.inspect(int(message["x"]), int(message["y"])),
     "profile": lambda session, _: session.profile(),
     "code": lambda session, message: session.code(str(message["name"])),

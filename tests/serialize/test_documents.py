@@ -13,7 +13,7 @@ import pytest
 
 import passgraph as pg
 from passgraph.language.facts import Facts
-from passgraph.language.lower_cache import Programs, lower_once
+from passgraph.language.lower_cache import LoweredPrograms, lower_once
 from passgraph.serialize.encode import VERSION
 from passgraph.serialize.reader import MOST_PARTS
 from tests.serialize.documents import graph, places, spoiled
@@ -359,7 +359,7 @@ def test_kernels_of_strangers_are_told_by_what_they_are(monkeypatch: pytest.Monk
         pg.from_data(of_text(f"def copy(a: Image) -> vec4: return a[0, 0].{order}")) for order in ("xyzw", "zyxw")
     )
     programs = [target["made"].made_by.kernel.program for target in (one, other)]  # type: ignore[union-attr]
-    assert len({lower_once(program, Facts(), known).key for known in [Programs()] for program in programs}) == 2
+    assert len({lower_once(program, Facts(), known).key for known in [LoweredPrograms()] for program in programs}) == 2
 
 
 @pytest.mark.parametrize("default", [[0.0, []], [[1.0], [1.0, 2.0]], [[], 0.0]])

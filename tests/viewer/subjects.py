@@ -73,7 +73,7 @@ class Watched:
 
     def programs(self) -> Mapping[str, Compiled]:
         """The programs that are shown, by slot."""
-        program_set = self.session._program_set
+        program_set = self.session.programs.current
         assert program_set is not None
         return program_set.programs
 

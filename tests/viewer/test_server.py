@@ -125,7 +125,7 @@ def test_a_socket_gets_the_picture_and_answers(served: Served) -> None:
 
 def test_keys_of_a_page_that_closes_are_released(served: Served) -> None:
     def is_down() -> bool:
-        return bool(served.view.session._keyboard.picture()[2, 65, 0])
+        return bool(served.view.session.requests.keyboard.picture()[2, 65, 0])
 
     with served.socket() as socket:
         for code in (300, 65):
@@ -189,12 +189,12 @@ def test_the_picture_of_the_moment_is_kept(served: Served, monkeypatch: pytest.M
         answer_of(socket, "state")
         socket.send(json.dumps({"kind": "keep"}))
         socket.send(json.dumps({"kind": "ask", "changes": {"values": {"gain": 0.5}}}))
-        while served.view.session.values_at(2, 1)["a"] != pytest.approx([0.0, 0.2, 0.4, 1.0]):
+        while served.view.session.shown.values_at(2, 1)["a"] != pytest.approx([0.0, 0.2, 0.4, 1.0]):
             pass
         goes_on.set()
         assert answer_of(socket, "keep")
-        assert served.view.session._reference is not None
-        assert served.view.session._reference[1, 2] == pytest.approx([0.0, 0.4, 0.8, 1.0])
+        assert served.view.session.programs.reference is not None
+        assert served.view.session.programs.reference[1, 2] == pytest.approx([0.0, 0.4, 0.8, 1.0])
         socket.send(json.dumps({"kind": "ask", "changes": {"values": {}}}))
 
 

@@ -33,7 +33,7 @@ def test_a_number_is_moved_without_compiling(tmp_path: Path) -> None:
         first = watched.shows(2, 1, (0, 102, 204))
         assert [control["name"] for control in first.facts["controls"]] == ["gain"]
         program = watched.programs()["a"].program
-        watched.session.ask(values={"gain": 0.5})
+        watched.session.requests.ask(values={"gain": 0.5})
         watched.shows(2, 1, (0, 51, 102))
         assert watched.programs()["a"].program is program
         assert "--gain 0.5" in watched.session.subject.command({"gain": 0.5})
@@ -42,7 +42,7 @@ def test_a_number_is_moved_without_compiling(tmp_path: Path) -> None:
 def test_a_saved_file_is_read_again_and_values_stay(tmp_path: Path) -> None:
     effect, picture = files(tmp_path)
     with Watched(str(effect), str(picture)) as watched:
-        watched.session.ask(values={"gain": 2.0})
+        watched.session.requests.ask(values={"gain": 2.0})
         watched.shows(0, 0, (102, 102, 102))
         effect.write_text(KERNEL.replace("* gain", "* gain * 0.5"))
         watched.shows(0, 0, (51, 51, 51))
@@ -66,7 +66,7 @@ def test_targets_on_the_way_can_be_shown(tmp_path: Path) -> None:
     with Watched("gaussian-blur", str(picture)) as watched:
         names = [one["name"] for one in watched.until(lambda one: one.pictures).facts["targets"]]
         assert names == ["gaussian_blur_x", "gaussian_blur", "frame"]
-        watched.session.ask(target=names[0])
+        watched.session.requests.ask(target=names[0])
         assert watched.until(lambda one: one.facts["target"] == names[0]).pictures
 
 
@@ -74,8 +74,8 @@ def test_a_texel_and_the_lines_that_make_it(tmp_path: Path) -> None:
     effect, picture = files(tmp_path)
     with Watched(str(effect), str(picture)) as watched:
         watched.shows(2, 1, (0, 102, 204))
-        assert watched.session.values_at(2, 1)["a"] == pytest.approx([0.0, 0.4, 0.8, 1.0])
-        assert watched.session.values_at(8, 0) == {}
+        assert watched.session.shown.values_at(2, 1)["a"] == pytest.approx([0.0, 0.4, 0.8, 1.0])
+        assert watched.session.shown.values_at(8, 0) == {}
         found = watched.session.inspect(2, 1)
         assert found["parameters"] == ["gain = 1"]
         assert found["backends"] == ["numpy"]
@@ -88,7 +88,7 @@ def test_a_texel_and_the_lines_that_make_it(tmp_path: Path) -> None:
 def test_what_passes_read_of_an_input_is_shown(tmp_path: Path) -> None:
     effect, picture = files(tmp_path)
     with Watched(str(effect), str(picture)) as watched:
-        watched.session.ask(target="frame", values={"gain": 2.0})
+        watched.session.requests.ask(target="frame", values={"gain": 2.0})
         watched.until(lambda one: one.pictures and one.facts["target"] == "frame")
         assert tuple(watched.session.picture("shown")[1, 2, :3]) == (0, 102, 204)
         assert "no kernel" in watched.session.inspect(2, 1)["text"]
@@ -97,7 +97,7 @@ def test_what_passes_read_of_an_input_is_shown(tmp_path: Path) -> None:
 def test_the_lines_of_two_backends_stand_side_by_side(tmp_path: Path) -> None:
     effect, picture = files(tmp_path, KERNEL.replace("return", "lit = pg.sin(color[0, 0].rgb)\n    return"))
     with Watched(str(effect), str(picture)) as watched:
-        watched.session.ask(compare="both", other="reference")
+        watched.session.requests.ask(compare="both", other="reference")
         watched.until(lambda one: "b" in one.pictures)
         found = watched.session.inspect(2, 1)
     assert found["backends"] == ["numpy", "reference"]
@@ -113,14 +113,14 @@ def test_a_wrong_line_is_found_and_its_pixels_are_marked(tmp_path: Path, monkeyp
     )
     effect, picture = files(tmp_path, text)
     with Watched(str(effect), str(picture)) as watched:
-        watched.session.ask(compare="both", other="mistaken")
+        watched.session.requests.ask(compare="both", other="mistaken")
         watched.until(lambda one: "b" in one.pictures)
         found = watched.session.inspect(2, 1)
         assert [row["wrong"] for row in found["rows"]] == [[False, True], [False, True]]
         assert found["verdicts"][1:] == [
             "mistaken: line 11 is the first outside of its bounds", "numpy and mistaken first differ at line 11"
         ]  # fmt: skip
-        watched.session.ask(compare="", backend="mistaken")
+        watched.session.requests.ask(compare="", backend="mistaken")
         watched.until(lambda one: one.pictures and one.facts["backend"] == "mistaken")
         verdict = watched.session.verdict()
     assert verdict["text"] == "mistaken: 32 of 32 pixels are outside of their bounds, 0 undecided"
@@ -202,9 +202,9 @@ def moves() -> pg.Target:
     effect, _ = files(tmp_path, text)
     with Watched(str(effect), size=(16, 16)) as watched:
         assert watched.shows(0, 0, (0, 0, 0)).facts["moves"]
-        watched.session.ask(frame=5)
+        watched.session.requests.ask(frame=5)
         assert watched.shows(0, 0, (128, 128, 128)).facts["frame"] == 5
-        watched.session.ask(steps=1)
+        watched.session.requests.ask(steps=1)
         assert watched.shows(0, 0, (153, 153, 153)).facts["frame"] == 6
         assert watched.session.inspect(0, 0)["parameters"] == ["n = 6"]
         watched.session.record(2, 4, Fraction(25), tmp_path / "made.gif")
@@ -216,7 +216,7 @@ def test_a_picture_is_compared_with(tmp_path: Path) -> None:
     effect, picture = files(tmp_path)
     with Watched(str(effect), str(picture)) as watched:
         watched.session.compare_with(picture)
-        watched.session.ask(compare="difference", other="file", gain=2.0, values={"gain": 2.0})
+        watched.session.requests.ask(compare="difference", other="file", gain=2.0, values={"gain": 2.0})
         state = watched.until(lambda one: "difference" in one.pictures)
         assert state.facts["differs"] == {"largest": pytest.approx(0.8), "at": [2, 1], "pixels": 32}
         pg.save(tmp_path / "small.png", np.zeros((2, 2, 3), np.uint8))
@@ -229,10 +229,10 @@ def test_a_map_without_its_package_names_the_extra(tmp_path: Path, monkeypatch: 
     effect, picture = files(tmp_path)
     with Watched(str(effect), str(picture)) as watched:
         watched.session.compare_with(picture)
-        watched.session.ask(compare="flip", other="file")
+        watched.session.requests.ask(compare="flip", other="file")
         error = watched.until(lambda one: one.facts["error"]).facts["error"]
         assert "the FLIP map needs flip-evaluator; run: pip install 'passgraph[flip]'" in error
-        watched.session.ask(compare="difference", other="file")
+        watched.session.requests.ask(compare="difference", other="file")
         watched.until(lambda one: "difference" in one.pictures and not one.facts["error"])
 
 
@@ -241,10 +241,10 @@ def test_differences_that_are_seen_are_mapped(tmp_path: Path) -> None:
     effect, picture = files(tmp_path)
     with Watched(str(effect), str(picture)) as watched:
         watched.session.compare_with(picture)
-        watched.session.ask(compare="flip", other="file")
+        watched.session.requests.ask(compare="flip", other="file")
         state = watched.until(lambda one: "flip" in one.pictures)
         assert state.facts["flip"] == pytest.approx(0.0, abs=1e-6)
-        watched.session.ask(values={"gain": 3.0})
+        watched.session.requests.ask(values={"gain": 3.0})
         state = watched.until(lambda one: one.facts.get("flip", 0.0) > 0.0 and one.pictures["flip"][1] == "image/png")
         assert 0.1 < state.facts["flip"] < 1.0
         held = np.asarray(Image.open(BytesIO(state.pictures["flip"][0])))
@@ -269,7 +269,7 @@ def tinted(frame: pg.Target, by: tuple[float, float, float] | pg.Value = (1.0, 1
     with Watched(str(effect), str(picture)) as watched:
         watched.shows(0, 0, (51, 51, 51))
         program = watched.programs()["a"].program
-        watched.session.ask(values={"by": [2.0, 1.0, 0.0]})
+        watched.session.requests.ask(values={"by": [2.0, 1.0, 0.0]})
         watched.shows(0, 0, (102, 51, 0))
         assert watched.programs()["a"].program is program
 
@@ -277,10 +277,10 @@ def tinted(frame: pg.Target, by: tuple[float, float, float] | pg.Value = (1.0, 1
 def test_two_backends_are_compared(tmp_path: Path) -> None:
     effect, picture = files(tmp_path, KERNEL.replace("* gain", "* gain / 3.0"))
     with Watched(str(effect), str(picture)) as watched:
-        watched.session.ask(compare="difference", other="reference", gain=4096.0)
+        watched.session.requests.ask(compare="difference", other="reference", gain=4096.0)
         state = watched.until(lambda one: "difference" in one.pictures)
         assert state.facts["differs"]["largest"] < 1e-6
-        watched.session.ask(compare="both")
+        watched.session.requests.ask(compare="both")
         assert set(watched.until(lambda one: "b" in one.pictures).pictures) == {"a", "b"}
 
 
@@ -301,15 +301,15 @@ def count(frame: pg.Target) -> pg.Target:
     effect, picture = files(tmp_path, text)
     with Watched(str(effect), str(picture)) as watched:
         watched.shows(0, 0, (51, 51, 51))
-        watched.session.ask(steps=1)
+        watched.session.requests.ask(steps=1)
         watched.shows(0, 0, (102, 102, 102))
         effect.write_text(text.replace("0.2", "0.4"))  # history stays when the file is saved
         watched.shows(0, 0, (204, 204, 204))
-        watched.session.ask(target="frame")  # and while another target is looked at
+        watched.session.requests.ask(target="frame")  # and while another target is looked at
         watched.until(lambda one: one.pictures and one.facts["target"] == "frame")
-        watched.session.ask(target="sum")
+        watched.session.requests.ask(target="sum")
         watched.shows(0, 0, (255, 255, 255))
-        watched.session.ask(restarts=1)
+        watched.session.requests.ask(restarts=1)
         watched.shows(0, 0, (102, 102, 102))
 
 
@@ -319,13 +319,13 @@ def test_frames_of_a_sequence_are_played_and_sought(tmp_path: Path) -> None:
         pg.save(tmp_path / f"shot.{number:04}.png", np.full((4, 8, 4), 50 * number, np.uint8))
     with Watched(str(effect), str(tmp_path / "shot.%04d.png")) as watched:
         assert watched.shows(0, 0, (50, 50, 50)).facts["frames"] == 3
-        watched.session.ask(frame=2)
+        watched.session.requests.ask(frame=2)
         watched.shows(0, 0, (150, 150, 150))
-        watched.session.ask(playing=True)
+        watched.session.requests.ask(playing=True)
         numbers = []
         while set(numbers) != {0, 1, 2}:
             numbers.append(watched.until(lambda one: one.pictures).facts["frame"])
-            watched.session.ready()
+            watched.session.requests.ready()
         # A frame is sent again where it is sent exactly, and none is left out.
         assert {(after - before) % 3 for before, after in pairwise(numbers)} <= {0, 1}
 
@@ -363,13 +363,14 @@ def test_an_input_that_is_dropped_while_a_program_is_made_is_shown(
     with Watched(subject=subject) as watched:
         watched.shows(0, 0, (51, 51, 51))
         waits.set()
-        watched.session.ask(backend="reference")
+        watched.session.requests.ask(backend="reference")
         assert drawn.wait(60)
         drop = threading.Thread(target=watched.session.replace_input, args=[other])
         drop.start()
         drop.join(0.5)  # it may wait until the program is made
         goes_on.set()
-        assert watched.shows(0, 0, (7, 7, 7)).facts["size"] == [5, 6]
+        watched.until(lambda state: state.pictures and state.facts["size"] == [5, 6])
+        assert tuple(watched.session.picture("shown")[0, 0, :3]) == (7, 7, 7)
         drop.join()
 
 
@@ -379,7 +380,7 @@ def test_a_file_that_is_being_written_is_no_error(tmp_path: Path) -> None:
         watched.shows(0, 0, (51, 51, 51))
         effect.write_text("")
         sleep(4 * POLL_S)
-        watched.session.ask(values={"gain": 2.0})
+        watched.session.requests.ask(values={"gain": 2.0})
         assert watched.until(lambda one: one.pictures or one.facts["error"]).facts["error"] == ""
         watched.shows(0, 0, (102, 102, 102))
         effect.write_text(KERNEL.replace("* gain", "* gain * 0.5"))
@@ -394,7 +395,7 @@ def test_questions_are_answered_of_the_last_good_picture_while_the_file_has_an_e
         watched.until(lambda one: one.facts["error"])
         assert watched.session.inspect(2, 1)["parameters"] == ["gain = 1"]
         watched.session.record(0, 1, Fraction(25), tmp_path / "made.gif")
-        watched.session.ask(values={"gain": 2.0})
+        watched.session.requests.ask(values={"gain": 2.0})
         state = watched.until(lambda one: one.facts["error"])
         assert [control["name"] for control in state.facts["controls"]] == ["gain"]
 
@@ -412,7 +413,7 @@ def test_a_scene_is_looked_at_from_elsewhere() -> None:
         first = watched.until(lambda one: one.pictures)
         assert first.facts["camera"] is True
         before = watched.session.picture("shown").copy()
-        watched.session.ask(orbit=(0.5, 0.1, 1.0))
+        watched.session.requests.ask(orbit=(0.5, 0.1, 1.0))
         watched.until(lambda one: one.pictures and not np.array_equal(watched.session.picture("shown"), before))
 
 
@@ -430,9 +431,9 @@ def way(frame: pg.Target) -> pg.Target:
 """)
     with Watched(str(effect), str(picture)) as watched:
         watched.shows(0, 0, (0, 0, 0))
-        watched.session.ask(orbit=(0.5, 0.0, 1.0))
+        watched.session.requests.ask(orbit=(0.5, 0.0, 1.0))
         watched.shows(0, 0, (round(255.0 * np.sin(0.5)), 0, 0))
-        watched.session.ask(orbit=(0.5, 0.0, 1.0))
+        watched.session.requests.ask(orbit=(0.5, 0.0, 1.0))
         watched.shows(0, 0, (0, 0, 0))
 
 
@@ -500,7 +501,7 @@ def test_what_a_script_has_is_shown(kind: str) -> None:
             assert state.facts["error"] == ""
             assert state.facts["size"] == [8, 4]
             if kind != "effect":
-                session.ask(values={"gain": 4.0})
+                session.requests.ask(values={"gain": 4.0})
                 while session.picture("shown")[0, 0, 0] != 255:
                     states.get(timeout=60)
         finally:
@@ -522,11 +523,11 @@ def test_an_input_that_an_effect_does_not_take_is_told() -> None:
 def test_a_value_that_is_put_back_has_its_default_after_a_reload_too(tmp_path: Path) -> None:
     effect, picture = files(tmp_path)
     with Watched(str(effect), str(picture)) as watched:
-        watched.session.ask(values={"gain": 2.0})
+        watched.session.requests.ask(values={"gain": 2.0})
         watched.shows(0, 0, (102, 102, 102))
         effect.write_text(KERNEL.replace("* gain", "* gain * 0.5"))
         watched.shows(0, 0, (51, 51, 51))
-        watched.session.ask(values={})
+        watched.session.requests.ask(values={})
         watched.shows(0, 0, (26, 26, 26))
 
 

@@ -54,11 +54,11 @@ def test_a_shader_reads_keys_while_time_stands(tmp_path: Path) -> None:
     shader.write_text(KEYS)
     with Watched(str(shader), size=(256, 3)) as view:
         assert view.shows(65, 2, (0, 0, 0)).facts["keyboard"]
-        view.session.key(65, True)
+        view.session.requests.key(65, True)
         view.shows(65, 2, (255, 0, 0))
         picture = view.session.picture("shown")
         assert rows(picture, 65) == [True, True, True] and not picture[:, 66, 0].any()
-        view.session.key(65, False)
+        view.session.requests.key(65, False)
         view.shows(65, 2, (0, 0, 0))
         assert rows(view.session.picture("shown"), 65) == [False, False, True]
         assert view.session.view().run_inputs["keyboard"][0, 65, 0] == 255
@@ -70,14 +70,14 @@ def test_a_press_between_frames_is_not_lost_and_time_goes_on(tmp_path: Path) -> 
     shader.write_text(KEYS)
     with Watched(str(shader), size=(256, 3)) as view:
         view.shows(65, 2, (0, 0, 0))
-        view.session.ask(playing=True)
+        view.session.requests.ask(playing=True)
         view.shows(65, 2, (0, 0, 0))
-        view.session.key(65, True)
-        view.session.key(65, False)
-        view.session.ready()
+        view.session.requests.key(65, True)
+        view.session.requests.key(65, False)
+        view.session.requests.ready()
         state = view.until(lambda state: state.facts["frame"] == 1)
         assert rows(view.session.picture("shown"), 65) == [False, True, True]
-        view.session.ready()
+        view.session.requests.ready()
         view.until(lambda after: after.number > state.number and after.facts["frame"] == 2)
         assert rows(view.session.picture("shown"), 65) == [False, False, True]
 
@@ -95,7 +95,7 @@ def test_sound_follows_the_time(tmp_path: Path) -> None:
             ({"frame": 20}, audio.picture(20, 1 / 30)),
             ({"values": {"time": 0.5, "time_step": 0.01}}, audio.picture(20, 0.01, 0.5)),
         ):
-            view.session.ask(**settings)
+            view.session.requests.ask(**settings)
             view.shows(46, 0, (int(picture[1, 46, 0]), int(picture[0, 46, 0]), 0))
             assert np.array_equal(view.session.picture("shown")[0, :, :2], picture[::-1, :, 0].T)
         assert "--audio" in view.session.subject.command({})

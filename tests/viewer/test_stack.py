@@ -69,7 +69,7 @@ def test_a_chain_is_reordered_and_switched_and_its_command_makes_the_picture(
 def test_a_chain_that_is_off_shows_its_picture(photo: Path) -> None:
     subject = EffectSubject("sepia, pixelate", [str(photo)], (16, 8), None)
     with Watched(subject=subject) as view:
-        view.session.ask(values={"order": "-sepia, -pixelate"})
+        view.session.requests.ask(values={"order": "-sepia, -pixelate"})
         view.shows(3, 2, tuple((pg.load(photo)[2, 3, :3] * 255).round().astype(int).tolist()))
     assert subject.command({"order": "-sepia, -pixelate"}) == ""
 

@@ -345,18 +345,18 @@ def test_pictures_never_queue_and_the_kernel_stays_free(notebook: Notebook, monk
     drawn = 0
     for gain in (0.5, 0.25, 0.75):
         tell({"kind": "ask", "changes": {"values": {"gain": gain}}})
-        while view.session.values_at(2, 1)["a"][1] != pytest.approx(0.4 * gain, abs=1e-6):
+        while view.session.shown.values_at(2, 1)["a"][1] != pytest.approx(0.4 * gain, abs=1e-6):
             pass
         tell({"kind": "values", "x": 2, "y": 1})
         drawn += sum(bool(buffers) for _, _, buffers in answers("values"))
     assert drawn <= 1
     goes_on.set()
     answers("verdict")
-    before = view.session._settings
+    before = view.session.requests.settings
     for text in ("x" * (1 << 17), "", "[]", '{"kind": "ask", "changes": {"subject": 1}}', '{"kind": "shutdown"}'):
         tell(text)
         answers("refused")
-    assert view.session._settings == before
+    assert view.session.requests.settings == before
 
 
 def test_messages_do_not_queue_at_a_busy_kernel(notebook: Notebook, monkeypatch: pytest.MonkeyPatch) -> None:
