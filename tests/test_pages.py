@@ -25,7 +25,7 @@ TOP = ("README.md", "CONTRIBUTING.md", "SECURITY.md")
 PAGES = {page.name: page for page in (*(ROOT / name for name in TOP), *sorted((ROOT / "docs").glob("*.md")))}
 BLOCK = re.compile(r"^```(\S*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 #: Files of the reader's own, which examples name.
-READERS = {"dimmed.py", "dream.py", "effect.json", "program.json", "warm.py"}
+READERS = {"dimmed.py", "dream.py", "effect.json", "inside.py", "program.json", "warm.py"}
 #: Average words in a sentence of a page.
 MOST_WORDS = 20
 
