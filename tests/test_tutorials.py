@@ -23,6 +23,8 @@ PAGES = {
     "docs/first-effect.md": ("moderngl",),
     "docs/shader-on-photos.md": ("av",),
     "docs/effect-in-pyvista.md": ("pyvista", "moderngl"),
+    "docs/finish-shots.md": ("av",),
+    "docs/engine-window.md": ("moderngl", "moderngl_window"),
     "docs/test-a-backend.md": (),
 }
 #: Commands that take minutes, are random, or act on the checkout.
