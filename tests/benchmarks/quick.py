@@ -30,6 +30,7 @@ from passgraph.effects import black_and_white, gaussian_blur
 from passgraph.effects.effect_table import EFFECTS
 
 sys.path.insert(0, str(Path(__file__).parent))
+from bench_apply import PICTURE, ran
 from bench_numpy import parallel_copy
 from harness import interleaved
 
@@ -147,11 +148,34 @@ def compiles() -> Iterator[Row]:
         yield f"peak memory soft-shadow {backend}, MiB", float(runs[-1][1])
 
 
+GRAY = "from passgraph.commands import main; main(['apply', 'black-and-white', 'in.png', '-o', 'ours.png'])"
+GRAY_OPENCV = "import cv2; cv2.imwrite('theirs.png', cv2.cvtColor(cv2.imread('in.png'), cv2.COLOR_BGR2GRAY))"
+SHADOW = """
+import passgraph as pg
+from passgraph.effects import soft_shadow
+with pg.compile(soft_shadow(pg.Scene.shipped()), {backend!r}, size=(640, 360)) as program:
+    program()
+"""
+
+
+def starts() -> Iterator[Row]:
+    """Processor time of whole processes, from the second one on: a command, and a first picture on each backend."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        ran(PICTURE.format(size=(512, 512), kind="png"), folder)
+        pairs = [("apply black-and-white / OpenCV", GRAY, GRAY_OPENCV)]
+        for backend in (*BACKENDS, "webgpu"):
+            pairs.append((f"soft-shadow {backend} / import numpy", SHADOW.format(backend=backend), "import numpy"))
+        for what, ours, peer in pairs:
+            turns = [[ran(code, folder)[0] for code in (ours, peer)] for _ in range(ROUNDS + 1)]
+            yield f"start {what}", statistics.median(one / other for one, other in turns[1:])
+
+
 def main() -> None:
     begin = time.perf_counter()
     known = json.loads(ACCEPTED.read_text()) if ACCEPTED.exists() else {}
     found: dict[str, float] = {}
-    for part in (whole_calls, commands, frames, compiles):
+    for part in (whole_calls, commands, frames, compiles, starts):
         for name, got in part():
             found[name] = round(got, 3)
             before = known.get(name)
