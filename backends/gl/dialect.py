@@ -64,6 +64,8 @@ def dialect_of(has: Capabilities) -> Dialect:
 
     >>> dialect_of(Capabilities(True, (3, 2), frozenset())).version
     '#version 320 es'
+    >>> dialect_of(Capabilities(True, (3, 1), frozenset({"GL_OES_gpu_shader5"}))).rest.splitlines()[:2]
+    ['#extension GL_OES_gpu_shader5 : enable', '#define PRECISE precise']
     >>> dialect_of(Capabilities(True, (3, 0), frozenset())).rest.splitlines()[0]
     '#define PRECISE'
     """
@@ -71,7 +73,8 @@ def dialect_of(has: Capabilities) -> Dialect:
         return GLSL_330
     if has.version >= (3, 2):
         return Dialect("#version 320 es", f"{_PRECISE}\n{_PRECISIONS}")
-    if has.version >= (3, 1) and "GL_EXT_gpu_shader5" in has.extensions:
-        enabled = f"#extension GL_EXT_gpu_shader5 : enable\n{_PRECISE}"
+    found = [name for name in ("GL_EXT_gpu_shader5", "GL_OES_gpu_shader5") if name in has.extensions]
+    if has.version >= (3, 1) and found:
+        enabled = f"#extension {found[0]} : enable\n{_PRECISE}"
         return Dialect("#version 310 es", f"{enabled}\n{_PRECISIONS}")
     return Dialect("#version 300 es", f"{_NOT_PRECISE}\n{_PRECISIONS}", is_precise=False)
