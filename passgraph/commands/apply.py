@@ -281,7 +281,7 @@ def apply_effect(
     if options["output_layer"] is not None and not is_exr(file):
         raise InputError(f"{output}: has no layers; give {output}, or an OpenEXR file (.exr)")
     inputs = inputs_in_layer(inputs, options.pop("layer"))
-    options["keep_layers"] &= keeps_of_named(inputs, output, options["output_layer"], told=effect.name != mattes.NAME)
+    options["keep_layers"] &= keeps_of_named(inputs, output, options["output_layer"], warns=effect.name != mattes.NAME)
     effect = take_color_spaces(effect, inputs, output, options)
     options["color"] = space_of_results(effect, parameters, inputs, output, options["linear"])
     frames, proxy, sheet = options["frames"], options["proxy"] or 1, options["sheet"]

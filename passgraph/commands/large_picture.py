@@ -113,7 +113,7 @@ def large_picture(
             dtype = np.dtype(np.float32) if image.dtype.kind == "f" else image.dtype
             if width * height * MANY_BYTES <= limit or (alone and not _is_alone(image)):
                 return None
-    except InputError:
+    except (InputError, OSError):
         return None
     in_parts = file.suffix.lower() in READ_IN_PARTS and not (linear and dtype.kind == "u")
     channels, dtype_of_parts = (_readable_parts(path, takes_gray) if in_parts else None) or (0, dtype)

@@ -25,15 +25,15 @@ def keeps_layers(clip: Clip) -> bool:
     return isinstance(clip.source, Pictures) and all(map(is_exr, files))
 
 
-def keeps_of_named(inputs: tuple[str, ...], output: str, layer: str | None, *, told: bool) -> bool:
+def keeps_of_named(inputs: tuple[str, ...], output: str, layer: str | None, *, warns: bool) -> bool:
     """Return False for the result of a layer that gets no layer's name: it is no color among the input's layers.
 
-    ``told``: a warning says so.
+    ``warns``: a warning says so.
     """
     named = [path for path in map(Path, inputs) if split_layer(path)[1] is not None and is_exr(path)]
     if not named or layer is not None:
         return True
-    if told and is_exr(Path(output)):
+    if warns and is_exr(Path(output)):
         file, read = split_layer(named[0])
         click.echo(
             f"passgraph: warning: {output}: holds the result alone; to keep the layers of {file}, name that of the "
@@ -78,6 +78,6 @@ def _size(path: Path, *, overscan: bool) -> tuple[int, int]:
     try:
         with opened_image(file, layer=layer, overscan=overscan) as image:
             return image.width, image.height
-    except InputError:  # npy, or what reading it reports
+    except (InputError, OSError):  # npy, or what reading it reports
         picture = load_stored(path)
         return picture.shape[1], picture.shape[0]
