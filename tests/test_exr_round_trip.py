@@ -375,3 +375,24 @@ def test_a_layer_in_a_format_without(tmp_path: Path, capsys: pytest.CaptureFixtu
     layered(tmp_path / "in.exr")
     assert apply(*SAME, tmp_path / "in.exr", "-o", f"{tmp_path}/out.jpg:comp") == 2
     assert "has no layers" in capsys.readouterr().err
+
+
+def test_workers_of_a_cluster_keep_layers(tmp_path: Path) -> None:
+    """A worker reads the file with its overscan, and writes the copy."""
+    distributed = pytest.importorskip("distributed")
+    from passgraph.files import Pictures, ToPictures
+
+    channels = layered(tmp_path / "in.exr", (56, 42), **windows((-8, -6, 47, 35), (0, 0, 39, 29)))
+    half = pg.kernel(source="def half(c: Image) -> vec4: return vec4(c[0, 0].rgb * 0.5, c[0, 0].a)")
+    sink = ToPictures({1: tmp_path / "out.exr"}, keep_layers=True, layer="comp")
+    cluster = distributed.LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None)
+    with (
+        cluster,
+        distributed.Client(cluster) as client,
+        pg.compile(half(pg.Input("frame")), backend="numpy") as program,
+    ):
+        summary = pg.frames(program, Pictures({1: tmp_path / "in.exr"}, overscan=True), sink, client=client)
+    assert (summary.written, summary.failed) == (1, ())
+    _, found = stored(tmp_path / "out.exr")
+    assert same_bits(found, channels, channels)
+    np.testing.assert_allclose(found["comp.R"], channels["R"].astype(float) / 2, rtol=1e-3, atol=1e-7)

@@ -82,6 +82,13 @@ def opaque(path: Path, picture: Picture) -> None:
     pg.save(path, picture[..., :3])
 
 
+def layer(path: Path, picture: Picture) -> None:
+    """A layer of a file, beside one that stays."""
+    if not path.exists():
+        pg.save(path, np.zeros_like(picture))
+    pg.save(f"{path}:comp", picture, layers_of=path)
+
+
 def cache(path: Path, picture: Picture) -> None:
     """The disk cache, which warns once and goes on where it cannot write."""
     os.environ["PASSGRAPH_CACHE"] = os.fspath(path)
@@ -99,6 +106,7 @@ Writer = Callable[[Path, Picture], object]
 WRITERS: dict[str, Writer] = {
     **dict.fromkeys([f"picture{suffix}" for suffix in WRITABLE if suffix != ".pgm"], opaque),
     "picture.pgm": lambda path, picture: pg.save(path, picture[..., 0]),
+    "layers.exr": layer,
     "frames.png": sequence,
     **dict.fromkeys(["film.mp4", "film.mkv", "film.mov", "film.avi", "film.webm"], video),
     **dict.fromkeys(["film.gif", "film.apng"], animation),
