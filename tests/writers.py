@@ -84,7 +84,7 @@ def opaque(path: Path, picture: Picture) -> None:
 
 def layer(path: Path, picture: Picture) -> None:
     """A layer of a file, beside one that stays."""
-    if not path.exists():
+    if not path.is_file():
         pg.save(path, np.zeros_like(picture))
     pg.save(f"{path}:comp", picture, layers_of=path)
 
