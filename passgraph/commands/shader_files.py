@@ -39,10 +39,11 @@ def flat_volumes(outputs: Iterable[Any]) -> list[str]:
 RESERVED = frozenset(
     {
         "alpha", "as_stored", "at", "audio", "backend", "backends", "bits", "capture", "check_finite", "codec",
-        "codec_option", "color_config", "depth", "depth_buffer", "effect", "frame", "frames", "from_space", "h",
-        "help", "inputs", "jobs", "layer", "linear", "math", "most_ambiguous", "most_seconds", "no_sound",
-        "non_finite", "off", "orbit", "output", "pass", "profile", "program", "rate", "raw", "resume", "scheduler",
-        "size", "sound", "source", "step", "svg", "to_space", "web",
+        "codec_option", "color_config", "contact_sheet", "depth", "depth_buffer", "drop_layers", "effect", "frame",
+        "frames", "from_space", "h", "help", "inputs", "jobs", "keep_layers", "layer", "linear", "math", "memory",
+        "most_ambiguous", "most_seconds", "no_sound", "non_finite", "off", "orbit", "output", "pass", "profile",
+        "program", "proxy", "rate", "raw", "resume", "scheduler", "sheet", "size", "sound", "source", "step", "svg",
+        "to_space", "warm_up", "web",
     }
 )  # fmt: skip
 PREFIX = "shader_"

@@ -345,7 +345,7 @@ def test_pictures_are_as_large_as_they_say() -> None:
 
 
 def test_another_version_is_refused_with_what_to_do() -> None:
-    with pytest.raises(pg.InputError, match="reads version 4, got 2; write the data anew"):
+    with pytest.raises(pg.InputError, match="reads version 5, got 2; write the data anew"):
         pg.from_data({**DATA, "version": 2})
     for wrong in (None, [], "graph", {}, {"version": 1}):
         with pytest.raises(pg.InputError, match=r"must be what pg.to_data made"):
