@@ -50,7 +50,9 @@ TAIL = """
 - Each change is tested on Debian 12 with Python 3.11, and the language, plans and videos on a second Python, if there
   is one.
 - OpenGL and Vulkan are Mesa's llvmpipe and lavapipe, which run on the CPU. [On a graphics card](gpu.md) has others.
-- macOS and Windows are not tested.
+- Python 3.15 (3.15.0 in Debian testing, tried by hand in November 2026): passgraph and its extras but those below
+  install, and each of the four backends renders the shipped picture with the same bits as on Debian 12.
+- macOS and Windows are not tested: [what holds there](limits.md).
 
 ## Packages without a wheel
 
