@@ -54,6 +54,7 @@ from passgraph.commands.parameter_options import Changing, FramesOption, check_n
 from passgraph.commands.previews import FramesToMake, check_frames, evenly, preview_options, scaled_parameters
 from passgraph.commands.running import Layers, RunOptions, check_one_picture, check_outputs, run_and_save
 from passgraph.commands.sound import audio_options, keeps_time, open_audio, split_sound
+from passgraph.commands.stack_planes import apply_to_stack, stack_options
 from passgraph.commands.warm_up import warm_up_option, warmed_job
 from passgraph.commands.written_files import (
     STREAM,
@@ -225,6 +226,7 @@ def command_of(effect: Effect) -> click.Command:
     )
     @bits_option
     @memory_option
+    @stack_options
     @video_options
     @frames_option("one picture")
     @warm_up_option
@@ -378,9 +380,14 @@ def apply_to_one(
     check_outputs(output, options["capture"], bits)
     tell_of_lost_bits(sink, Pictures([picture]))
     tell_of_lost_space(output, options["color"], Pictures([picture]))
+    run = RunOptions.from_options(options)
+    chosen = options["channel"], options["plane"]
+    is_plain = depth is None and read.audio is None and options["bits"] is None and not run.needs_whole_picture
+    if is_plain and apply_to_stack(effect, picture, output, parameters, run, options["linear"], *chosen):
+        return 0
     tell_of_several([picture])
     keeps = options["keep_layers"] and is_exr(picture) and is_exr(output)
-    layers, run = Layers(options["output_layer"], keeps), RunOptions.from_options(options)
+    layers = Layers(options["output_layer"], keeps)
     if read.audio is None and not run.needs_whole_picture and layers.into is None:
         large = large_picture(picture, options["linear"], run.memory, takes_gray=takes_gray(effect), alone=keeps)
         dtype = stored_dtype(picture, output, bits)
