@@ -1,9 +1,10 @@
 """Writes docs/drivers.md from the facts of drivers in passgraph/assets/drivers.
 
-    passgraph probe --backend gl --json passgraph/assets/drivers/NAME.json
+    passgraph probe --backend gl --json facts.json
     passgraph conform --backend gl --quick --json exact.json
-    python docs/drivers.py [--conformance NAME REPORT.json ...]
+    python docs/drivers.py [--add NAME facts.json] [--conformance NAME REPORT.json ...]
 
+``--add`` keeps the facts of a driver, without what is of one machine alone: its kernel, and paths in variables.
 ``--conformance`` puts the counts of reports of the suite, in exact and native math, into the file of a driver.
 """
 
@@ -23,7 +24,10 @@ from passgraph.verify.probes.kept import SHIPPED, Results, load, shipped
 from passgraph.verify.probes.probe import Language
 from passgraph.verify.probes.table import PROBES, conforms
 
-PAGE = DOCS / "drivers.md"
+PAGE, MACHINES = DOCS / "drivers.md", DOCS / "machines.json"
+#: Key of a row of docs/machines.json → the driver whose conformance it has.
+OF_SYSTEMS = {"conform gl": "mesa-{mesa}-llvmpipe", "conform webgpu": "mesa-{mesa}-lavapipe",
+              "conform opencl": "pocl-{pocl}", "conform numpy": "numpy"}  # fmt: skip
 TITLES: dict[Language, str] = {"glsl": "OpenGL", "wgsl": "WebGPU", "opencl": "OpenCL"}
 HEAD = """# What drivers do
 
@@ -37,18 +41,31 @@ page:
 passgraph probe --backend gl
 ```
 
-`--json FILE.json` keeps the facts. Results of other drivers are welcome: add such a file to
-`passgraph/assets/drivers/`.
+`--json FILE.json` keeps the facts. Results of other drivers are welcome: `python docs/drivers.py --add NAME FILE.json`
+adds them.
 
 - Each row is a small shader or kernel in `passgraph/verify/probes/`. None is made by passgraph's kernel language.
 - **✗** marks what the specification does not allow.
 - "–" means that the language lacks it.
+- Cards of NVIDIA were tried once ([On a graphics card](gpu.md)), before there were probes.
 - The column of NumPy has the same expressions on the processor, in float32 and int32.
 """
 
 OUTCOMES = """The columns "exact" and "native" count cases of the [conformance suite](conformance.md) (`--quick`):
-within their bounds / outside / undecided.
+within their bounds / outside / undecided / ended by an error, such as a feature that the device lacks. Where a
+count has words, it is that of [the whole run on that system](machines.md).
 """
+
+
+def add(name: str, file: Path) -> None:
+    """Keep the facts of a driver."""
+    results, known = load(file), shipped().get(name)
+    conditions = dict(results.conditions)
+    conditions["system"] = conditions["system"].split(", ")[0]
+    conditions["variables"] = {key: value for key, value in conditions["variables"].items() if "/" not in value}
+    counts = known.conformance if known is not None else {}
+    kept = replace(results, conditions=conditions, conformance=counts)
+    (SHIPPED / f"{name}.json").write_text(kept.as_text(), encoding="utf-8")
 
 
 def conformance(name: str, reports: list[Path]) -> None:
@@ -65,27 +82,37 @@ def _outcomes(results: Results, math: str) -> str:
     counts = results.conformance.get(math)
     if counts is None:
         return "not run"
-    outside = sum(count for name, count in counts.items() if name not in ("passed", "vacuous", "undecided"))
-    return f"{counts.get('passed', 0)} / {outside} / {counts.get('vacuous', 0) + counts.get('undecided', 0)}"
+    kinds = ("passed",), ("diverged", "flaky"), ("vacuous", "undecided"), ("failed",)
+    return " / ".join(str(sum(counts.get(name, 0) for name in names)) for names in kinds)
+
+
+def _whole_run(name: str, systems: dict[str, dict[str, str]]) -> str:
+    """Return what docs/machines.json has of a driver."""
+    found = [row[key] for row in systems.values() for key, driver in OF_SYSTEMS.items() if name == driver.format(**row)]
+    return found[0] if found else "not run"
 
 
 def drivers_table(known: dict[str, Results]) -> str:
     lines = [
         "| driver | device | version | system | exact | native | measured |", "|---|---|---|---|---|---|---|",
     ]  # fmt: skip
+    systems = json.loads(MACHINES.read_text(encoding="utf-8"))
+    for row in systems.values():
+        row["mesa"], row["pocl"] = (".".join(row[key].split(".")[:2]) for key in ("mesa", "pocl"))
     for name, one in known.items():
         device = one.device
-        system, variables = one.conditions["system"].split(",")[0], one.conditions["variables"]
+        exact = _outcomes(one, "exact") if one.conformance.get("exact") else _whole_run(name, systems)
+        system, variables = one.conditions["system"], one.conditions["variables"]
         chosen = "".join(f", `{key}={value}`" for key, value in variables.items() if key in CHOOSING)
         lines.append(
             f"| {name} | `{one.backend}`{chosen}: {device['name']} | {device['driver']} {device['version']} | "
-            f"{system} | {_outcomes(one, 'exact')} | {_outcomes(one, 'native')} | {one.conditions['date'][:10]} |"
+            f"{system} | {exact} | {_outcomes(one, 'native')} | {one.conditions['date'][:10]} |"
         )
     return "\n".join(lines)
 
 
 #: Environment variables that choose a driver.
-CHOOSING = ("GALLIUM_DRIVER", "WGPU_BACKEND_TYPE", "OCL_ICD_VENDORS")
+CHOOSING = ("GALLIUM_DRIVER", "WGPU_BACKEND_TYPE")
 
 
 def facts_table(language: Language, known: dict[str, Results]) -> str:
@@ -126,7 +153,10 @@ def page(known: dict[str, Results]) -> str:
 def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("--conformance", nargs="+", metavar=("NAME", "REPORT.json"))
+    parser.add_argument("--add", nargs=2, metavar=("NAME", "facts.json"))
     given = parser.parse_args()
+    if given.add:
+        add(given.add[0], Path(given.add[1]))
     if given.conformance:
         name, *reports = given.conformance
         conformance(name, [Path(one) for one in reports])
