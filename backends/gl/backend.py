@@ -298,7 +298,8 @@ class GLBackend(DriverBackend):
         from passgraph.backends.gl.sent import sent_draw
 
         with self.context:
-            return sent_draw(self, step, outputs, depth, images, geometry, vertex, fragment)
+            gl, dialect, run = self.context.gl, self.programs.dialect, DrawRun(self, step)
+            return sent_draw(gl, dialect, run, outputs, depth, images, geometry.mesh, vertex, fragment)
 
     def draw_pass(self, step: DrawStep) -> DrawRun:
         with self.context as gl:

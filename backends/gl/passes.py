@@ -147,7 +147,7 @@ class DrawRun:
         if placements is not ALL_PLAIN:
             program = backend.programs.draw(step.vertex, step.fragment, step.varyings, placements)
         fixed.set_common(gl, bound, backend.objects.framebuffer(outputs, depth))
-        self._clear(gl, bound, outputs, depth)
+        self.clear(gl, bound, outputs, depth)
         fixed.set_guard_band(gl, bound, step.size, self.guard)
         fixed.set_draw(gl, bound, self.state, outputs, depth)
         fixed.bind_images(gl, bound, images)
@@ -162,7 +162,7 @@ class DrawRun:
         gl.DrawElements(g.TRIANGLES, geometry.count, g.UNSIGNED_INT, None)
         gl.check("running draw", step.name)
 
-    def _clear(self, gl: Any, bound: Bound, outputs: Sequence[Texture], depth: Texture | None) -> None:
+    def clear(self, gl: Any, bound: Bound, outputs: Sequence[Texture], depth: Texture | None) -> None:
         step = self.step
         colours = [
             (k, stored_clear(value, texture.format))

@@ -4,21 +4,19 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from passgraph.backends.base import ATTRIBUTES, Block, SentPass, vertex_attribute
 from passgraph.backends.gl import gl_functions as g
 from passgraph.backends.gl import state as fixed
+from passgraph.backends.gl.dialect import Dialect
 from passgraph.backends.gl.glsl import GLSL, NAMES, in_vectors
-from passgraph.backends.gl.passes import DrawRun, Mesh
 from passgraph.backends.gl.textures import ALL_PLAIN, Texture, placements_of
 from passgraph.backends.shader_printing import vec4_count
+from passgraph.graph.draw_state import DrawState, Geometry
 from passgraph.plan.data import DrawStep
-
-if TYPE_CHECKING:
-    from passgraph.backends.gl.backend import GLBackend
 
 #: Letters of the arguments of each function.
 _LETTERS = {
@@ -46,13 +44,23 @@ class _Calls:
         self.made.append(("ClearBufferfv", _LETTERS["ClearBufferfv"], [buffer, number, found]))
 
 
+class Prepared(Protocol):
+    """A draw that is ready to run: see `passgraph.backends.gl.passes.DrawRun`."""
+
+    step: DrawStep
+    guard: int
+    state: DrawState
+
+    def clear(self, gl: Any, bound: fixed.Bound, outputs: Sequence[Texture], depth: Texture | None) -> None: ...
+
+
 def sent_draw(
-    backend: GLBackend, step: DrawStep, outputs: Sequence[Texture], depth: Texture | None, images: Sequence[Texture],
-    geometry: Mesh, vertex: Block, fragment: Block,
+    gl: Any, dialect: Dialect, run: Prepared, outputs: Sequence[Texture], depth: Texture | None,
+    images: Sequence[Texture], mesh: Geometry, vertex: Block, fragment: Block,
 ) -> SentPass | None:  # fmt: skip
     """Return what a draw sends; None for pictures of a host, and where it draws over what cannot be read back as it is
     stored: three channels in four, or a stencil."""
-    gl, state = backend.context.gl, fixed.Bound()
+    step, state = run.step, fixed.Bound()
     is_kept = step.depth_clear is None
     unread = [texture for texture, clear in zip(outputs, step.clears, strict=True) if clear is None and texture.padded]
     stencils = [texture for texture in images if texture.format.stencil]
@@ -60,17 +68,15 @@ def sent_draw(
         return None
     if depth is not None and depth.format.stencil and is_kept:
         return None
-    run, calls = DrawRun(backend, step), _Calls(gl)
+    calls = _Calls(gl)
     state.framebuffer = 0
     recorded: Any = calls
     fixed.set_common(recorded, state, 0)
-    run._clear(recorded, state, outputs, depth)
+    run.clear(recorded, state, outputs, depth)
     fixed.set_guard_band(recorded, state, step.size, run.guard)
     fixed.set_draw(recorded, state, run.state, outputs, depth)
-    dialect = backend.programs.dialect
     texts = [GLSL(program, step.varyings, ALL_PLAIN, dialect).shader().text for program in step.programs]
     sources = {"draw.vert": texts[0], "draw.frag": texts[1] if len(texts) > 1 else dialect.no_colour}
-    mesh = geometry.mesh
     buffers = {"triangles.bin": np.ascontiguousarray(mesh.triangles, np.uint32).tobytes()}
     attributes, uniforms, samplers = [], [], []
     for name in step.vertex.attributes:

@@ -132,7 +132,7 @@ class Run:
         follows = self.program.has_history or self.sink.is_one_file
         try:
             return Keys(self.program, settings, follows=follows)
-        except InputError:
+        except PassgraphError:
             return None
 
     def _frames_of_film(self, film: Film) -> int:

@@ -18,6 +18,7 @@ from passgraph.formats import FORMATS
 from passgraph.language import scalar as s
 from tests.backends.multiples import times
 from tests.offscreen import offscreen
+from tests.respelling import without_kept_sources
 
 pytestmark = pytest.mark.gl
 
@@ -146,6 +147,7 @@ def test_a_refused_shader_points_to_the_kernel_line(monkeypatch: pytest.MonkeyPa
     def nonsense(self: GLSL, op: s.Op, arguments: list[str]) -> str:
         return "no_such_function()"
 
+    without_kept_sources(monkeypatch)
     monkeypatch.setattr(GLSL, "operation", nonsense)
     with pytest.raises(BackendError) as caught, pg.compile(doubled(), backend="gl") as program:
         program(color=np.ones((2, 2, 4), np.float32))

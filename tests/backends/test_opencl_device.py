@@ -22,6 +22,7 @@ from passgraph.errors import BackendError, DeviceMissingError, InputError
 from passgraph.formats import FORMATS
 from passgraph.language.source import Span
 from tests.conftest import require
+from tests.respelling import respelled
 
 pytestmark = pytest.mark.opencl
 GRAY = "def gray(color: Image) -> vec4: return vec4(vec3(dot(color[0, 0].rgb, vec3(0.2, 0.7, 0.1))), 1.0)"
@@ -232,7 +233,7 @@ def test_a_refused_build_names_the_kernel_line_and_repeats_the_driver() -> None:
 def test_a_build_that_fails_is_a_backend_error(device: OpenCLBackend, monkeypatch: pytest.MonkeyPatch) -> None:
     from passgraph.backends.opencl.opencl_c import SPELLED
 
-    monkeypatch.setitem(SPELLED["float"], "mul", "no_such_function({0}, {1})")
+    respelled(monkeypatch, SPELLED["float"], "mul", "no_such_function({0}, {1})")
     with pytest.raises(
         BackendError, match=r"kernel text>:1: the OpenCL driver refuses pass 'gray'(.|\n)*no_such_function"
     ):

@@ -22,6 +22,7 @@ from passgraph.graph.draw_state import Blend
 from tests.backends.multiples import times
 from tests.conftest import require
 from tests.corners import placed
+from tests.respelling import respelled
 
 pytestmark = pytest.mark.webgpu
 
@@ -113,7 +114,7 @@ def test_a_device_is_chosen_by_number_or_a_part_of_its_name() -> None:
 def test_an_error_of_the_compiler_names_the_line_of_the_kernel(
     opened: WebGPUBackend, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setitem(wgsl.WGSL.spelled["float"], "sqrt", "no_such_function({0})")  # type: ignore[index]
+    respelled(monkeypatch, wgsl.WGSL.spelled["float"], "sqrt", "no_such_function({0})")
     rooted = pg.kernel(source="def rooted(c: Image) -> float:\n    d = c[0, 0].r + 1.0\n    return sqrt(d)")
     with pytest.raises(BackendError, match=r"3: WebGPU refuses kernel rooted: .*no_such_function(.|\n)*return sqrt"):
         pg.compile(rooted(pg.Input("c", "r32f", SIZE)), backend=opened)

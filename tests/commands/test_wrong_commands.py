@@ -27,6 +27,7 @@ GIVEN = {
     "inspect": ["nowhere.png", "-e", "bloom", "--at", "0,0"],
     "backends": [],
     "fuzz": ["--seconds", "0"],
+    "probe": ["-b", "numpy"],
     "bench": ["nowhere.glb", "-o", "folder/that/is/not/here"],
     "plan": ["nowhere.glb", "-e", "soft-shadow"],
     "view": ["bloom", "nowhere.png", "--no-open"],

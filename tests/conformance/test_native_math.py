@@ -21,6 +21,7 @@ from passgraph.serialize import from_data, to_data
 from passgraph.verify.compare import compare
 from passgraph.verify.conformance import cases, judge
 from passgraph.verify.function_errors import MEASURED, SPECIAL, measure_functions, ulp_errors
+from tests.respelling import respelled
 
 #: Operations whose cases GLSL's precisions decide, so that they can fail.
 DECIDED = ("exp", "exp2", "inversesqrt")
@@ -77,7 +78,7 @@ def test_an_undecided_case_names_the_functions_without_a_promise() -> None:
 
 @pytest.mark.parametrize(("name", "wrong"), [("exp2", "exp({0})"), ("log", "log2({0})"), ("inversesqrt", "sqrt({0})")])
 def test_a_wrong_spelling_is_found(name: str, wrong: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(SPELLED["float"], name, wrong)
+    respelled(monkeypatch, SPELLED["float"], name, wrong)
     case = next(case for case in cases(["operations"]) if case.name == name)
     with open_backend("gl") as backend:
         (verdict,) = judge(case, [backend], "native")
@@ -101,7 +102,7 @@ def test_functions_that_glsl_defines_by_a_formula_have_its_bounds(
     with pg.compile(output, "gl", options=pg.Options(math="native")) as program:
         program.run(c=picture())
         assert f"{name}(" in "".join(program.backend.code(step, {}) or "" for step in program.plan.steps)
-    monkeypatch.setitem(SPELLED["float"], name, wrong)
+    respelled(monkeypatch, SPELLED["float"], name, wrong)
     assert not compare(output, ["gl"], math="native", c=picture()).passed
 
 

@@ -6,9 +6,9 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Iterator, MutableMapping
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pytest
@@ -25,6 +25,7 @@ from passgraph.scene import Mesh
 from passgraph.verify.oracle.pass_bounds import Passes
 from passgraph.verify.reproduction import write_reproduction
 from tests.conftest import present_devices
+from tests.respelling import respelled
 
 #: Sums of floats are wrong by this text.
 PLANTED = " + 0.03125"
@@ -44,8 +45,8 @@ def device(request: pytest.FixtureRequest) -> str:
 
 @pytest.fixture
 def planted(device: str, monkeypatch: pytest.MonkeyPatch) -> Iterator[Backend]:
-    spelled = cast("MutableMapping[str, str]", PRINTERS[device].spelled["float"])
-    monkeypatch.setitem(spelled, "add", "({0} + {1}" + PLANTED + ("f" if device == "opencl" else "") + ")")
+    text = "({0} + {1}" + PLANTED + ("f" if device == "opencl" else "") + ")"
+    respelled(monkeypatch, PRINTERS[device].spelled["float"], "add", text)
     with open_backend(device) as backend:
         yield backend
 
@@ -157,7 +158,7 @@ def test_a_wrong_draw_fails_alone_and_a_right_one_does_not(
 ) -> None:
     if "gl" not in present_devices():
         pytest.skip("gl is not here")
-    monkeypatch.setitem(cast("MutableMapping[str, str]", GLSL.spelled["float"]), "add", "({0} + {1}" + PLANTED + ")")
+    respelled(monkeypatch, GLSL.spelled["float"], "add", "({0} + {1}" + PLANTED + ")")
     folder = tmp_path / "found"
     with open_backend("gl") as backend:
         assert write_reproduction(drawing(format_, depth, **state), backend, folder) == ""

@@ -29,6 +29,7 @@ from passgraph.verify.fuzz.random_kernels import kernel_around, kernel_texts, ke
 from passgraph.verify.fuzz.search import outcome
 from passgraph.verify.fuzz.variants import REWRITINGS, rewritten
 from tests.conftest import require
+from tests.respelling import respelled
 
 MANY = settings(
     max_examples=150, deadline=None, database=None, phases=[Phase.generate],
@@ -147,7 +148,7 @@ def test_a_planted_operation_is_found_and_shrunk(
     require("gl")
     with open_backend("gl") as backend, monkeypatch.context() as patch:
         patch.setattr(search, "SHRINK_SECONDS", 10.0)
-        patch.setitem(SPELLED[kind], name, text)
+        respelled(patch, SPELLED[kind], name, text)
         failures = (search.batch(kernels(Features()), [backend], number, Tally(), 40) for number in range(6))
         failure = next((one for one in failures if one is not None), None)
     assert failure is not None

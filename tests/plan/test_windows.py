@@ -12,7 +12,7 @@ from passgraph.language import scalar as s
 from passgraph.language.lower import lower
 from passgraph.plan.build import build
 from passgraph.plan.data import Options, PixelStep, Plan
-from passgraph.plan.window import WINDOW, Halo, footprint, placed, window_plan, windows
+from passgraph.plan.window import WINDOW, WINDOW_PARAMETER, Halo, footprint, placed, window_plan, windows
 
 KERNELS = """
 def left(color: Image) -> vec4: return color[-3, 0]
@@ -118,7 +118,7 @@ def test_one_program_serves_every_picture() -> None:
         plan = plan_of(made("nested", FRAME), size)
         step = window_plan(plan, footprint(plan), (16, 16)).steps[0]
         assert isinstance(step, PixelStep)
-        assert step.values[WINDOW.name] is WINDOW
+        assert step.values[WINDOW_PARAMETER] is WINDOW
         return step.program.key
 
     assert key((100, 80)) == key((100_000, 20_000))

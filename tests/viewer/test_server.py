@@ -26,6 +26,7 @@ from passgraph.commands.view import EffectSubject
 from passgraph.pictures import load_stored
 from passgraph.viewer.messages import MAX_MESSAGE, checked_changes
 from passgraph.viewer.show import in_notebook
+from tests.picture_files import names_in
 from tests.viewer.subjects import KERNEL, files
 
 pytest.importorskip("uvicorn")
@@ -354,7 +355,7 @@ def test_files_of_the_page_are_kept_as_long_as_they_are_read(tmp_path: Path) -> 
         assert served.get(f"{served.base}save?as=npy")[0] == 200
         assert served.get(f"{served.base}record?first=0&last=1&rate=25&as=gif")[0] == 200
         end = monotonic() + 60  # a file that was sent is removed just after
-        while {*folder.iterdir()} != {*served.view._put_files.values()}:
+        while {*names_in(folder)} != {path.name for path in served.view._put_files.values()}:
             assert monotonic() < end
     assert not folder.exists()
 

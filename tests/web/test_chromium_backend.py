@@ -10,6 +10,7 @@ from passgraph.backends.registry import open_backend
 from passgraph.backends.webgpu import wgsl
 from passgraph.errors import BackendError
 from passgraph.verify.conformance import cases, run
+from tests.respelling import respelled
 from tests.web.browser import CHROMIUM
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")]
@@ -30,7 +31,7 @@ def test_an_error_of_the_browser_is_an_error_here() -> None:
 
 
 def test_an_error_of_the_compiler_names_the_line_of_the_kernel(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(wgsl.WGSL.spelled["float"], "sqrt", "no_such_function({0})")  # type: ignore[index]
+    respelled(monkeypatch, wgsl.WGSL.spelled["float"], "sqrt", "no_such_function({0})")
     rooted = pg.kernel(source="def rooted(c: Image) -> float:\n    d = c[0, 0].r + 1.0\n    return sqrt(d)")
     with pytest.raises(BackendError, match=r"3: WebGPU refuses kernel rooted: .*no_such_function(.|\n)*return sqrt"):
         pg.compile(rooted(pg.Input("c", "r32f", (4, 4))), backend="webgpu:chromium")
