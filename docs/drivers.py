@@ -47,6 +47,7 @@ adds them.
 - Each row is a small shader or kernel in `passgraph/verify/probes/`. None is made by passgraph's kernel language.
 - **✗** marks what the specification does not allow.
 - "–" means that the language lacks it.
+- softpipe ends the process in one row of "Integers". It is not measured there; probes run in processes of their own.
 - Cards of NVIDIA were tried once ([On a graphics card](gpu.md)), before there were probes.
 - The column of NumPy has the same expressions on the processor, in float32 and int32.
 """
