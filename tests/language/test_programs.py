@@ -333,11 +333,11 @@ def test_a_fused_producer_is_there_wherever_it_is_read() -> None:
                 for i in range(70): r = r + b[0, 0]
             return r + b[0, 0]
         """
-    facts = ImageFacts(fused=Fused(producer, Facts(), "p.", 0))
+    facts = ImageFacts(fused=Fused(producer, Facts(), 3, 0))
     program = lower(kernel(source=text).program, Facts(images={"b": facts}))
     assert defined_before_use(program)
     texels = np.float32([[0.5, 1, 2, 3], [-0.5, 1, 2, 3]])
-    got = np.stack(evaluate(program, {"c": texels, "p.c": texels}, 2)[0], -1)
+    got = np.stack(evaluate(program, {"c": texels, "p3/c": texels}, 2)[0], -1)
     b = np.exp(texels) * 2
     want = np.where(texels[:, :1] > 0, b * texels[:, 1:2] + 71 * b, b)
     np.testing.assert_allclose(got, want, rtol=1e-5)

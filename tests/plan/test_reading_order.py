@@ -22,8 +22,8 @@ from tests.corners import placed
 root = Path(pg.__file__).resolve().parent
 #: Files of nouns, read before: calls into them are answers, not steps of the way.
 NOUNS = {
-    "arguments.py", "errors.py", "formats.py", "graph/run_values.py", "graph/targets.py",
-    "plan/data.py", "plan/draft.py",
+    "arguments.py", "disk_cache.py", "errors.py", "formats.py", "graph/run_values.py", "graph/targets.py",
+    "plan/data.py", "plan/draft.py", "records.py",
 }  # fmt: skip
 #: Sorting is asked for twice, and the files of passes and of inputs too.
 MOST = 6
