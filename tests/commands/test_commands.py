@@ -503,7 +503,7 @@ def test_what_is_raised_inside(
     def fail(*_: object) -> None:
         raise raised
 
-    monkeypatch.setattr("passgraph.commands.apply.run_and_save", fail)
+    monkeypatch.setattr("passgraph.commands.apply_effect.run_and_save", fail)
     outcome = Outcome(capsys, *BLUR)
     assert outcome.status == status
     assert text in outcome.err
