@@ -27,8 +27,8 @@ PAGES = {
     "docs/engine-window.md": ("moderngl", "moderngl_window"),
     "docs/test-a-backend.md": (),
 }
-#: Commands that take minutes, are random, or act on the checkout.
-NOT_RUN = re.compile(r"venv|tests/run\.sh|--report|passgraph fuzz")
+#: Commands that take minutes, are random, act on the checkout, or whose status is the driver's.
+NOT_RUN = re.compile(r"venv|tests/run\.sh|--report|passgraph fuzz|passgraph probe")
 
 
 def pieces(page: str) -> list[tuple[str, str]]:

@@ -312,6 +312,7 @@ CALLS: list[Call] = [
     call("DrawState", DrawState, cull="none", depth_compare="less", depth_write=True, stencil=None, blend=(),
                                       color_mask=(), polygon_offset=(0.0, 0.0), clear_stencil=0),
     call("reduce", pg.reduce, image=frame(), how="arg_max", axis="x", channel=0, into=None, name=None),
+    call("percentile", pg.percentile, image=frame(), percent=50.0, channel="luma", name=None),
     call("histogram", pg.histogram, image=frame(), bins=8, channel=0, low=0.0, high=1.0, into=None, name=None),
     call("draw", _drawn, geometry=triangle(), vertex=stage("place"), fragment=stage("paint"),
                               into=pg.target("color", "rgba8"), depth=None, stencil=None, blend=None, cull="none",
@@ -420,6 +421,7 @@ def _effects() -> Iterator[Call]:
         "radius": 0.5, "world": light2d.World2D.shipped(), "window": light2d.Window(0, 0, 10, 10), "walls": (),
         "lights": (light2d.Light2D((1, 1)),), "size": (8, 4), "grid": np.zeros((4, 8), np.float32), "threshold": 0.5,
         "previous_camera": pg.Value("previous_camera", Camera), "number": 3,
+        "ranks": (frame("objects"),), "numbers": [1.0],
         "movers": pg.Value("movers", object), "count": 2, "name": "dimmed", "casters": small_scene(),
     }  # fmt: skip
     for package in (effects, light2d):
@@ -441,6 +443,8 @@ def _effects() -> Iterator[Call]:
                 }
                 if name in ("lit", "occlusion", "moving_shadows") and package is light2d:
                     good["scene"] = frame()
+                if name == "motion_blur":
+                    good |= {key: first[key] for key in ("depth", "camera", "previous_camera")}
                 if name == "jittered":
                     good["camera"] = small_scene().camera
                 yield Call(name, function, good)

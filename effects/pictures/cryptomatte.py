@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 import passgraph as pg
+from passgraph import arguments
 from passgraph.errors import GraphError
 
 #: Most objects of one matte: elements of an array that computed indices reach.
@@ -61,12 +62,13 @@ def cryptomatte(
     ...     float(program(objects00=pixel)["matte"][0, 0, 0])
     0.25
     """
-    layers = list(ranks)
-    found = np.unique(np.asarray(numbers, np.float32))
-    if not layers or not all(isinstance(layer, pg.Target) for layer in layers):
-        raise GraphError("cryptomatte: ranks must be the layers of a Cryptomatte, one target or more")
+    layers = arguments.several(ranks, pg.Target, "cryptomatte: ranks", "layers of a Cryptomatte")
+    with np.errstate(over="ignore"):  # infinite, which is refused below
+        found = np.unique(arguments.numbers(numbers, "cryptomatte: numbers", "be floats").astype(np.float32))
+    if not layers:
+        raise GraphError("cryptomatte: ranks must be one layer of a Cryptomatte or more, got none")
     if not 0 < len(found) <= MOST_OBJECTS or not np.isfinite(found).all():
         raise GraphError(f"cryptomatte: numbers must be 1 to {MOST_OBJECTS} finite floats, got {len(found)}")
     steps = max(1, (len(found) - 1).bit_length())
     text = _TEXT.format(layers=len(layers), count=len(found), steps=steps)
-    return pg.kernel(source=text)(layers, found, into=into or pg.target(name, "r32f"), name=name)
+    return pg.kernel(source=text)(layers, found, into=pg.target(name, "r32f") if into is None else into, name=name)

@@ -38,12 +38,12 @@ def flat_volumes(outputs: Iterable[Any]) -> list[str]:
 #: Names of the commands' own options, arguments and inputs; a shader's parameter of such a name gets `PREFIX`.
 RESERVED = frozenset(
     {
-        "alpha", "as_stored", "at", "audio", "backend", "backends", "bits", "capture", "check_finite", "codec",
-        "codec_option", "color_config", "contact_sheet", "depth", "depth_buffer", "drop_layers", "effect", "frame",
-        "frames", "from_space", "h", "help", "inputs", "jobs", "keep_layers", "layer", "linear", "math", "memory",
-        "most_ambiguous", "most_seconds", "no_sound", "non_finite", "off", "orbit", "output", "pass", "profile",
-        "program", "proxy", "rate", "raw", "resume", "scheduler", "sheet", "size", "sound", "source", "step", "svg",
-        "to_space", "warm_up", "web",
+        "alpha", "as_stored", "at", "audio", "backend", "backends", "bits", "capture", "channel", "check_finite",
+        "codec", "codec_option", "color_config", "contact_sheet", "depth", "depth_buffer", "drop_layers", "effect",
+        "frame", "frames", "from_space", "h", "help", "inputs", "jobs", "keep_layers", "layer", "linear", "math",
+        "memory", "most_ambiguous", "most_seconds", "no_sound", "non_finite", "off", "orbit", "output", "pass", "plane",
+        "profile", "program", "proxy", "rate", "raw", "resume", "scheduler", "sheet", "size", "sound", "source", "step",
+        "svg", "to_space", "warm_up", "web",
     }
 )  # fmt: skip
 PREFIX = "shader_"

@@ -52,7 +52,7 @@ def file_state(path: str | os.PathLike[str]) -> tuple[str, int, int] | None:
     """
     file, _ = split_layer(Path(path))
     for description in (file / "zarr.json", file / ".zarray") if file.is_dir() else (file,):
-        with suppress(OSError):
+        with suppress(OSError, ValueError):  # a null byte in the name
             status = os.stat(description)
             return os.path.basename(path), status.st_size, status.st_mtime_ns
     return None

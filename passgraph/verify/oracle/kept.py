@@ -43,8 +43,8 @@ PACKING = 1
 #: Files of the package that determine bounds, in addition to the packages of the language, the reference and the
 #: oracle.
 _BESIDE = (
-    "arguments.py", "cached.py", "formats.py", "quantise.py", "ranges.py", "srgb.py", "graph/draw_state.py",
-    "plan/blending.py",
+    "arguments.py", "cached.py", "formats.py", "quantise.py", "ranges.py", "records.py", "srgb.py",
+    "graph/draw_state.py", "plan/blending.py",
 )  # fmt: skip
 #: Arrays of one target.
 _ARRAYS = ("lo", "hi", "nan", "ambiguous", "unpromised")
